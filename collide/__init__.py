@@ -1,0 +1,16 @@
+"""Elastic collisions of two balls, millions at once."""
+
+from . import scalar
+from ._threads import get_num_threads, set_num_threads
+from .batch import resolve_1d, resolve_2d, resolve_polar
+from .errors import InvalidPairError
+
+__all__ = [
+    "InvalidPairError",
+    "get_num_threads",
+    "resolve_1d",
+    "resolve_2d",
+    "resolve_polar",
+    "scalar",
+    "set_num_threads",
+]

@@ -1,0 +1,160 @@
+"""The one place where compile options and caching are decided.
+
+`formula` marks a function of one pair: plain Python when Python calls it, compiled when any `@njit` code does.
+`Kernel` is a batch loop under one fixed signature, compiled at its first call and kept on disk.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import importlib.metadata
+import os
+import pickle
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+from numba.core import config
+from numba.core.caching import NullCache
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
+from numba.extending import overload, register_jitable
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+# error_model="python", Numba's default, tests every divisor and keeps a loop with a division scalar.
+# fastmath stays off, said aloud because a callee inherits what it leaves open from its caller: contraction alone would
+# end the bit equality with NumPy, and gains nothing at memory speed (test_reproducible.py holds the bits).
+_OPTIONS = {"error_model": "numpy", "boundscheck": False, "fastmath": False}
+_INLINE = {**_OPTIONS, "forceinline": True}
+_OUT_OF_LINE = {**_OPTIONS, "forceinline": False}
+
+
+def formula(function: Function) -> Function:
+    """Plain Python when Python calls it; in compiled code, part of what calls it."""
+    register_jitable(**_INLINE)(function)
+    return function
+
+
+def rare(function: Function) -> Function:
+    """As `formula`, but called: for what is long and seldom run, and would crowd the registers of a loop."""
+    register_jitable(**_OUT_OF_LINE)(function)
+    return function
+
+
+def compiles(function: Callable[..., Any], *, inline: bool = True) -> Callable[[Function], Function]:
+    """Marks the function that picks, by the argument types, what `function` is in compiled code."""
+
+    def mark(pick: Function) -> Function:
+        overload(function, jit_options=_INLINE if inline else _OUT_OF_LINE, strict=False)(pick)
+        return pick
+
+    return mark
+
+
+def intrinsic(function: Callable[..., Any]) -> Any:
+    """Numba's, for code that has no Python form: it gives a signature and emits LLVM."""
+    return numba.extending.intrinsic(function)
+
+
+class Kernel:
+    """A compiled batch loop: one signature, made when it is first called, run without the GIL.
+
+    One signature only, because Numba's own index of signatures can be poisoned by two processes that write it at once.
+    """
+
+    def __init__(self, function: Callable[..., Any], signature: Any, name: str) -> None:
+        self._function, self._signature, self._name = function, signature, name
+
+    @functools.cached_property
+    def compiled(self) -> Callable[..., Any]:
+        if config.DISABLE_JIT:
+            raise RuntimeError(
+                "the batch functions of collide need Numba's compiler, and NUMBA_DISABLE_JIT is set; "
+                "the formulas of collide.scalar work without it"
+            )
+        dispatcher = numba.njit(**_OPTIONS, nogil=True)(self._function)
+        dispatcher._cache = _DiskCache(self._name)
+        dispatcher.compile(self._signature)
+        dispatcher.disable_compile()
+        return dispatcher  # type: ignore[no-any-return]
+
+    def __call__(self, *args: Any) -> Any:
+        return self.compiled(*args)
+
+
+class _DiskCache(NullCache):  # type: ignore[misc]
+    """Compiled kernels on disk, a file each, named by a digest of everything that could change the machine code.
+
+    Numba's own cache looks at one source file only and so serves stale code after an edit of a helper elsewhere. Here
+    the name covers every source file of the package, the versions below it, the processor and the options: what is
+    stale is never looked up. A damaged file fails its checksum and is compiled anew; nothing writable, nothing kept.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def _path(self, folder: Path, signature: Any, codegen: Any) -> Path:
+        key = (signature, codegen.magic_tuple(), _environment(), _sources_digest())
+        return folder / f"{self._name}-{hashlib.sha256(repr(key).encode()).hexdigest()[:32]}.nbc"
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        target_context.refresh()
+        for folder in _folders():
+            with contextlib.suppress(OSError):
+                data = self._path(folder, sig, target_context.codegen()).read_bytes()
+                if hashlib.sha256(data[32:]).digest() == data[:32]:
+                    return CompileResult._rebuild(target_context, *pickle.loads(data[32:]))
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        payload = dumps(data._reduce())
+        for folder in _folders():
+            with contextlib.suppress(OSError):
+                folder.mkdir(parents=True, exist_ok=True)
+                path = self._path(folder, sig, data.codegen)
+                # Written aside and renamed: another process never reads half a file.
+                handle, temporary = tempfile.mkstemp(dir=folder, prefix=path.name, suffix=".tmp")
+                try:
+                    with os.fdopen(handle, "wb") as file:
+                        file.write(hashlib.sha256(payload).digest() + payload)
+                    Path(temporary).replace(path)
+                except BaseException:
+                    Path(temporary).unlink()
+                    raise
+                return
+
+
+def _folders() -> list[Path]:
+    """Where kernels may be kept, best first: NUMBA_CACHE_DIR alone if it is set, else beside the code, else at home."""
+    if config.CACHE_DIR:
+        return [Path(config.CACHE_DIR) / "collide"]
+    folders = [Path(__file__).parent / "__pycache__"]
+    with contextlib.suppress(RuntimeError):  # no home at all
+        folders.append(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "collide")
+    return folders
+
+
+@functools.cache
+def _sources_digest() -> str:
+    digest = hashlib.sha256()
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.name.encode() + b"\0" + source.read_bytes())
+    return digest.hexdigest()
+
+
+def _environment() -> tuple[Any, ...]:
+    return (
+        sys.implementation.cache_tag,
+        numba.__version__,
+        importlib.metadata.version("llvmlite"),
+        config.OPT,
+        config.LOOP_VECTORIZE,
+        config.SLP_VECTORIZE,
+        config.DEBUGINFO_DEFAULT,
+    )

@@ -1,0 +1,173 @@
+"""The batch functions: one collision for every element of arrays that broadcast together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _arrays
+from ._kernels import CARTESIAN, LINE_FORM, POLAR
+
+Array = np.ndarray[Any, np.dtype[Any]]
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class Velocities1D(NamedTuple):
+    """Velocities after the collisions, in the unit of the velocities before."""
+
+    u1: Any
+    u2: Any
+
+
+class Velocities2D(NamedTuple):
+    """Velocity components after the collisions, in the unit of the velocities before."""
+
+    u1x: Any
+    u1y: Any
+    u2x: Any
+    u2y: Any
+
+
+_SHARED = """
+    All arguments are numbers or arrays of bool, integer, float16, float32 or float64, and broadcast together by NumPy's
+    rules; a scalar stays one. Units: any consistent set; angles in radians.
+
+    m1, m2: masses, >= 0. inf is an immovable ball (a wall), 0 a test particle; not both of a pair inf, nor both 0.{own}
+    restitution: e, finite and >= 0. 1 is elastic; 0 takes away all relative velocity along the line of centres.
+    approaching_only: bool. True leaves pairs that do not approach as they are{approach}.
+    invalid: what happens to a pair that breaks a rule above, or whose result is too large for its dtype:
+        "raise"  InvalidPairError; all other pairs are resolved, and this one keeps its velocities
+        "keep"   it keeps its velocities{kept}
+        "nan"    it gets NaN
+    out: None, or a tuple of {count} arrays of the result's shape and dtype to write to. The inputs themselves will do,
+        which is the in-place form; any other overlap gives what copies of the inputs would have given.
+
+    Returns the named tuple ({outputs}): float32 arrays where np.result_type of the inputs is float32 or float16
+    (Python scalars are weak), else float64; scalars if all inputs are scalars. The arithmetic is float64 throughout,
+    so a float32 result is the float64 result rounded once.
+
+    Raises InvalidPairError (a ValueError) as said; ValueError for shapes that do not match, a read-only or doubled out,
+    an unknown `invalid`; TypeError for other dtypes, masked arrays, an out of another dtype.
+"""
+
+
+def _shared(**words: str) -> Callable[[Function], Function]:
+    def documented(function: Function) -> Function:
+        opening, example = (function.__doc__ or "").split("    ---\n")
+        function.__doc__ = opening.rstrip() + "\n" + _SHARED.format(**words) + "\n" + example
+        return function
+
+    return documented
+
+
+@_shared(
+    own="\n    v1, v2: velocities, ball 1 on the left.",
+    approach=" (v1 <= v2)",
+    kept="",
+    count="2",
+    outputs="u1, u2",
+)
+def resolve_1d(
+    m1: ArrayLike,
+    m2: ArrayLike,
+    v1: ArrayLike,
+    v2: ArrayLike,
+    *,
+    restitution: ArrayLike = 1.0,
+    approaching_only: bool = False,
+    invalid: str = "raise",
+    out: tuple[Array, Array] | None = None,
+) -> Velocities1D:
+    """Velocities after collisions on a line.
+
+        u1 = v1 - (1+e) m2/(m1+m2) (v1-v2)        u2 = v2 + (1+e) m1/(m1+m2) (v1-v2)
+
+    From conservation of momentum and the definition of e; at e = 1 the textbook's
+    u1 = (2 m2 v2 + (m1-m2) v1)/(m1+m2) and u2 = (2 m1 v1 + (m2-m1) v2)/(m1+m2).
+    ---
+    >>> collide.resolve_1d(0.5, 3.5, [4.0, 8.0], 0.0)
+    Velocities1D(u1=array([-3., -6.]), u2=array([1., 2.]))
+    """
+    inputs = m1, m2, v1, v2, restitution
+    return Velocities1D(*_arrays.resolve(LINE_FORM, inputs, approaching_only, invalid, out))
+
+
+@_shared(
+    own="""
+    v1x, v1y, v2x, v2y: velocity components.
+    nx, ny: a vector n along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1, y2-y1 will do.""",
+    approach=" ((v1-v2).n <= 0)",
+    kept="",
+    count="4",
+    outputs="u1x, u1y, u2x, u2y",
+)
+def resolve_2d(
+    m1: ArrayLike,
+    m2: ArrayLike,
+    v1x: ArrayLike,
+    v1y: ArrayLike,
+    v2x: ArrayLike,
+    v2y: ArrayLike,
+    nx: ArrayLike,
+    ny: ArrayLike,
+    *,
+    restitution: ArrayLike = 1.0,
+    approaching_only: bool = False,
+    invalid: str = "raise",
+    out: tuple[Array, Array, Array, Array] | None = None,
+) -> Velocities2D:
+    """Velocities after collisions in the plane, between smooth balls that do not spin.
+
+        u1 = v1 - (1+e) m2/(m1+m2) ((v1-v2).n / n.n) n        u2 = v2 + (1+e) m1/(m1+m2) ((v1-v2).n / n.n) n
+
+    The collision on a line, along the line of centres; across it nothing changes.
+    ---
+    A ball meets its equal, at rest, 45 degrees off centre:
+
+    >>> collide.resolve_2d(1.0, 1.0, [2.0], 0.0, 0.0, 0.0, 1.0, 1.0)
+    Velocities2D(u1x=array([1.]), u1y=array([-1.]), u2x=array([1.]), u2y=array([1.]))
+    """
+    inputs = m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution
+    return Velocities2D(*_arrays.resolve(CARTESIAN, inputs, approaching_only, invalid, out))
+
+
+@_shared(
+    own="""
+    v1, v2: speeds; theta1, theta2: their directions.
+    phi: direction of the line of centres, from ball 1 to ball 2.""",
+    approach=" (v1 cos(theta1-phi) <= v2 cos(theta2-phi))",
+    kept=", v cos(theta) and v sin(theta)",
+    count="4",
+    outputs="u1x, u1y, u2x, u2y",
+)
+def resolve_polar(
+    m1: ArrayLike,
+    m2: ArrayLike,
+    v1: ArrayLike,
+    theta1: ArrayLike,
+    v2: ArrayLike,
+    theta2: ArrayLike,
+    phi: ArrayLike,
+    *,
+    restitution: ArrayLike = 1.0,
+    approaching_only: bool = False,
+    invalid: str = "raise",
+    out: tuple[Array, Array, Array, Array] | None = None,
+) -> Velocities2D:
+    """Velocity components after collisions in the plane, from speeds and directions.
+
+        u1x = [(m1 - e m2) v1 cos(theta1-phi) + (1+e) m2 v2 cos(theta2-phi)]/(m1+m2) * cos(phi)
+              + v1 sin(theta1-phi) cos(phi + pi/2)
+
+    u1y with sin in place of the last cosines, u2 with 1 and 2 exchanged. Computed as `resolve_2d` of
+    v1 (cos(theta1), sin(theta1)), v2 (cos(theta2), sin(theta2)) and n = (cos(phi), sin(phi)), which is the same and
+    keeps its accuracy for angles of any size.
+    ---
+    >>> collide.resolve_polar(1.0, 1.0, [2.0], 0.0, 0.0, 0.0, np.pi / 4)[0].round(15)
+    array([1.])
+    """
+    inputs = m1, m2, v1, theta1, v2, theta2, phi, restitution
+    return Velocities2D(*_arrays.resolve(POLAR, inputs, approaching_only, invalid, out))

@@ -1,0 +1,47 @@
+"""The error for pairs that have no answer, and the rules in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+
+class InvalidPairError(ValueError):
+    """Some pairs of a batch break the rules; all others have been resolved.
+
+    index: tuple of int, the first invalid pair, in the broadcast shape of the batch
+    count: int, how many pairs are invalid
+    reason: str, what is wrong with the first: the argument, its value and the rule
+    """
+
+    def __init__(self, index: tuple[int, ...], count: int, reason: str) -> None:
+        self.index, self.count, self.reason = index, count, reason
+        place = f"pair {index[0] if len(index) == 1 else index}: " if index else ""
+        others = f" ({count} invalid pairs in all)" if count > 1 else ""
+        super().__init__(f"{place}{reason}{others}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.index, self.count, self.reason)
+
+
+def reason(pair: Mapping[str, float]) -> str:
+    """Which rule an invalid pair breaks, its arguments given by name; the order is that of the arguments.
+
+    The kernels decide which pairs are invalid; test_invalid.py holds that the two agree.
+    """
+    for name in ("m1", "m2"):
+        if not pair[name] >= 0.0:
+            return f"{name} = {pair[name]}: a mass must be >= 0 (0 is a test particle, inf an immovable ball)"
+    if pair["m1"] == pair["m2"] == 0.0:
+        return "m1 = m2 = 0: one mass of a pair must be above 0"
+    for name, value in pair.items():
+        if name not in ("m1", "m2", "restitution") and not math.isfinite(value):
+            return f"{name} = {value}: must be finite"
+    if not 0.0 <= pair["restitution"] < math.inf:
+        return f"restitution = {pair['restitution']}: must be finite and >= 0"
+    if pair.get("nx") == 0.0 and pair.get("ny") == 0.0:
+        return "nx = ny = 0: the normal must have a length"
+    if pair["m1"] == pair["m2"] == math.inf:
+        return "m1 = m2 = inf: two immovable balls cannot collide"
+    return "the velocities after the collision are too large for the dtype of the result"

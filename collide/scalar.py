@@ -1,0 +1,136 @@
+"""The formulas of the two-ball collision, each written once, for ONE pair.
+
+Every function runs as plain Python on floats and NumPy arrays, compiles inside anyone's `@njit` code, and is what the
+batch functions run. Masses m1 and m2, velocities v before and u after, e the coefficient of restitution.
+
+    in 1D       ball 1 is on the left: the pair approaches when v1 > v2
+    in 2D       n = (nx, ny), any non-zero length, points from ball 1 to ball 2: it approaches when (v1 - v2).n > 0
+    in polar    phi is the direction of n, and v1, theta1, v2, theta2 are speeds and directions; angles in radians
+
+Momentum and the definition of e give, along the line of centres,
+
+    u1 = v1 - (1+e) m2/(m1+m2) (v1-v2)        u2 = v2 + (1+e) m1/(m1+m2) (v1-v2)
+
+which at e = 1 is the textbook's u1 = (2 m2 v2 + (m1-m2) v1)/(m1+m2); across it nothing changes. m = inf is an immovable
+ball, m = 0 a test particle. Nothing is checked here: an invalid pair gives unspecified values.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ._jit import formula
+from ._lanes import any_lane, inverse_power_of_two, is_extreme, select
+from ._sincos import sincos
+
+__all__ = ["resolve_1d", "resolve_2d", "resolve_polar"]
+
+
+@formula
+def resolve_1d(m1: Any, m2: Any, v1: Any, v2: Any, restitution: Any = 1.0) -> tuple[Any, Any]:
+    """Velocities (u1, u2) after a collision on a line.
+
+    m1, m2: masses; v1, v2: velocities, ball 1 on the left; restitution: e. Numbers, in any consistent set of units.
+
+    >>> collide.scalar.resolve_1d(0.5, 3.5, 4.0, 0.0)
+    (-3.0, 1.0)
+    """
+    w1, w2 = shares(m1, m2, 1.0)
+    q = (1.0 + restitution) * (v1 - v2)
+    return v1 - w1 * q, v2 + w2 * q
+
+
+@formula
+def resolve_2d(
+    m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, restitution: Any = 1.0
+) -> tuple[Any, Any, Any, Any]:
+    """Velocities (u1x, u1y, u2x, u2y) after a collision in the plane.
+
+        u1 = v1 - (1+e) m2/(m1+m2) ((v1-v2).n / n.n) n        u2 = v2 + (1+e) m1/(m1+m2) ((v1-v2).n / n.n) n
+
+    m1, m2: masses; v1x, v1y, v2x, v2y: velocity components; nx, ny: a vector of any length from ball 1 to ball 2 along
+    the line of centres; restitution: e. Numbers, in any consistent set of units.
+
+    >>> @numba.njit
+    ... def bounce(v, angle):
+    ...     return collide.scalar.resolve_2d(1.0, np.inf, v, 0.0, 0.0, 0.0, np.cos(angle), np.sin(angle))[0]
+    >>> bounce(2.0, 0.0)
+    -2.0
+    """
+    nx, ny, square = normal(nx, ny)
+    return exchange(m1, m2, v1x, v1y, v2x, v2y, nx, ny, square, restitution)
+
+
+@formula
+def resolve_polar(
+    m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any, restitution: Any = 1.0
+) -> tuple[Any, Any, Any, Any]:
+    """Velocities (u1x, u1y, u2x, u2y) after a collision in the plane, from speeds and directions.
+
+    m1, m2: masses; v1, v2: speeds; theta1, theta2: their directions; phi: that of the line of centres, from ball 1 to
+    ball 2; restitution: e. Numbers, in any consistent set of units, angles in radians. The formula is that of
+    `resolve_2d`; compiled, sin and cos are within 1 ulp for angles of any size, uncompiled they are NumPy's.
+
+    >>> [round(float(u), 15) for u in collide.scalar.resolve_polar(1.0, 1.0, 2.0, 0.0, 0.0, 0.0, np.pi / 4)]
+    [1.0, -1.0, 1.0, 1.0]
+    """
+    v1x, v1y, v2x, v2y, nx, ny = from_polar(v1, theta1, v2, theta2, phi)
+    # cos**2 + sin**2 is as near to 1 as its own rounding would leave it.
+    return exchange(m1, m2, v1x, v1y, v2x, v2y, nx, ny, 1.0, restitution)
+
+
+@formula
+def exchange(
+    m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, square: Any, restitution: Any
+) -> tuple[Any, Any, Any, Any]:
+    """u = v -+ (1+e) (the other's share of the mass) ((v1-v2).n / n.n) n, given n.n."""
+    w1, w2 = shares(m1, m2, square)
+    q = (1.0 + restitution) * closing_2d(v1x, v1y, v2x, v2y, nx, ny)
+    j1, j2 = w1 * q, w2 * q
+    return v1x - j1 * nx, v1y - j1 * ny, v2x + j2 * nx, v2y + j2 * ny
+
+
+@formula
+def closing_2d(v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any) -> Any:
+    """(v1-v2).n: positive when the pair approaches."""
+    return (v1x - v2x) * nx + (v1y - v2y) * ny
+
+
+# Masses and normals may have any size, and only their ratios matter. Those whose products could overflow or underflow
+# are first brought near 1 by a power of two, which is exact; the others are left alone, element by element, so that a
+# pair's bits do not depend on its neighbours.
+
+
+@formula
+def shares(m1: Any, m2: Any, square: Any) -> tuple[Any, Any]:
+    """m2/((m1+m2) square) and m1/((m1+m2) square)."""
+    extreme = is_extreme(m1 + m2)
+    if any_lane(extreme):
+        # Infinite and finite are as 1 and 0. Both infinite: 0 and 0, whose NaN marks the pair as invalid.
+        wall1, wall2 = m1 == math.inf, m2 == math.inf
+        m1, m2 = select(wall2, 0.0, select(wall1, 1.0, m1)), select(wall1, 0.0, select(wall2, 1.0, m2))
+        scale = select(extreme, inverse_power_of_two(0.25 * m1 + 0.25 * m2), 1.0)
+        m1, m2 = scale * m1, scale * m2
+    total = (m1 + m2) * square
+    # Two divisions, not one and two products: equal masses get exactly 1/2 each.
+    return m2 / total, m1 / total
+
+
+@formula
+def normal(nx: Any, ny: Any) -> tuple[Any, Any, Any]:
+    """(nx, ny) at a length that can be squared, and its square."""
+    square = nx * nx + ny * ny
+    extreme = is_extreme(square)
+    if any_lane(extreme):
+        scale = select(extreme, inverse_power_of_two(0.25 * abs(nx) + 0.25 * abs(ny)), 1.0)
+        nx, ny = scale * nx, scale * ny
+        square = nx * nx + ny * ny
+    return nx, ny, square
+
+
+@formula
+def from_polar(v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
+    """v1x, v1y, v2x, v2y, nx, ny."""
+    (s1, c1), (s2, c2), (s, c) = sincos(theta1, theta2, phi)
+    return v1 * c1, v1 * s1, v2 * c2, v2 * s2, c, s

@@ -1,0 +1,19 @@
+"""Shared set-up: a cache of compiled kernels of the tests' own."""
+
+import os
+from pathlib import Path
+
+# Before numba is imported. The names of the files in it cover the sources, so nothing stale is served from it.
+os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(__file__).parent / ".kernels"))
+
+import pytest
+
+import collide
+
+
+@pytest.fixture
+def keep_threads():
+    """Puts the number of threads back."""
+    before = collide.get_num_threads()
+    yield
+    collide.set_num_threads(before)

@@ -1,0 +1,67 @@
+"""The slow, independent oracle: the collision seen from the centre of mass, at 50 digits. Imports nothing of collide.
+
+In that frame the pair has no momentum, so each ball simply leaves with -e times its velocity along the line of centres.
+"""
+
+import mpmath
+import numpy as np
+from mpmath import mp, mpf
+
+mp.dps = 50
+EPS = 2.0**-52
+
+
+def _centre(m1, m2, v1, v2):
+    """The velocity of the centre of mass; an immovable ball is the centre itself."""
+    if mpmath.isinf(m1):
+        return v1
+    if mpmath.isinf(m2):
+        return v2
+    return [(m1 * a + m2 * b) / (m1 + m2) for a, b in zip(v1, v2, strict=True)]
+
+
+def _reflect(v, centre, n, e):
+    square = sum(x * x for x in n)
+    along = sum((a - c) * x for a, c, x in zip(v, centre, n, strict=True)) / square
+    return [a - (1 + e) * along * x for a, x in zip(v, n, strict=True)]
+
+
+def _collide(m1, m2, v1, v2, n, e):
+    centre = _centre(m1, m2, v1, v2)
+    return [*_reflect(v1, centre, n, e), *_reflect(v2, centre, n, e)]
+
+
+def resolve_1d(m1, m2, v1, v2, e=1.0):
+    m1, m2, v1, v2, e = map(mpf, (m1, m2, v1, v2, e))
+    return _collide(m1, m2, [v1], [v2], [mpf(1)], e)
+
+
+def resolve_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny, e=1.0):
+    m1, m2, v1x, v1y, v2x, v2y, nx, ny, e = map(mpf, (m1, m2, v1x, v1y, v2x, v2y, nx, ny, e))
+    return _collide(m1, m2, [v1x, v1y], [v2x, v2y], [nx, ny], e)
+
+
+def polar_to_cartesian(v, theta):
+    with mp.workdps(50 + max(0, int(mpmath.log10(abs(mpf(theta)) + 1)))):
+        return mpf(v) * mp.cos(mpf(theta)), mpf(v) * mp.sin(mpf(theta))
+
+
+def resolve_polar(m1, m2, v1, theta1, v2, theta2, phi, e=1.0):
+    before = *polar_to_cartesian(v1, theta1), *polar_to_cartesian(v2, theta2)
+    return resolve_2d(m1, m2, *before, *polar_to_cartesian(1, phi), e)
+
+
+def error_in_eps(got, exact, before):
+    """The largest error of the components, in 2**-52 of the largest component before or after."""
+    scale = max(abs(mpf(x)) for x in (*before, *exact))
+    if scale == 0:
+        return 0.0 if all(g == 0 for g in got) else np.inf
+    return float(max(abs(mpf(float(g)) - x) for g, x in zip(got, exact, strict=True)) / scale / EPS)
+
+
+def ulps(got, exact):
+    """The distance of a float64 from an exact value, in units in the last place of the exact value."""
+    if exact == 0:
+        return abs(got) / 5e-324
+    exponent = max(int(mpmath.frexp(abs(exact))[1]) - 53, -1074)
+    return float(abs(mpf(float(got)) - exact) * mpf(2) ** -exponent)

@@ -1,0 +1,252 @@
+"""The facade: dtypes, broadcasting, out, overlap, and errors that name the argument, the value and the rule."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import collide
+
+SMALL, LARGE = 37, 20_011  # below and above what is copied rather than looked at for overlap; several blocks
+
+
+def columns(n, seed=0):
+    rng = np.random.default_rng(seed)
+    return [rng.uniform(0.1, 5, n) for _ in range(2)] + [rng.uniform(-5, 5, n) for _ in range(6)]
+
+
+def reference(*c, e=1.0):
+    """The textbook's vector form in NumPy."""
+    m1, m2, v1x, v1y, v2x, v2y, nx, ny = (np.asarray(x, np.float64) for x in c)
+    q = (1 + e) * ((v1x - v2x) * nx + (v1y - v2y) * ny) / ((m1 + m2) * (nx * nx + ny * ny))
+    return v1x - m2 * q * nx, v1y - m2 * q * ny, v2x + m1 * q * nx, v2y + m1 * q * ny
+
+
+def check(got, want, dtype=np.float64, rtol=1e-12):
+    for u, w in zip(got, want, strict=True):
+        assert u.dtype == dtype
+        assert u.shape == np.shape(w)
+        np.testing.assert_allclose(u, w, rtol=rtol, atol=rtol * 10)
+
+
+@pytest.mark.parametrize("n", [SMALL, LARGE])
+def test_arrays_of_one_shape(n):
+    c = columns(n)
+    check(collide.resolve_2d(*c), reference(*c))
+
+
+@pytest.mark.parametrize("n", [SMALL, LARGE])
+@pytest.mark.parametrize("scalar", [2, 2.0, True, np.float64(2), np.int8(2), np.array(2.0), np.array([2.0]), [2.0]])
+def test_scalars_among_arrays(n, scalar):
+    c = columns(n)
+    for i in range(8):
+        mixed = [*c[:i], scalar, *c[i + 1 :]]
+        check(collide.resolve_2d(*mixed), reference(*(np.broadcast_to(x, n) for x in mixed)))
+
+
+@pytest.mark.parametrize("shapes", [((3, 1), (1, 4)), ((2, 3, 4), (4,)), ((5, 1, 1), (2, 1), (3,)), ((1, 1), (7,))])
+def test_broadcasting(shapes):
+    rng = np.random.default_rng(1)
+    c = [rng.uniform(0.1, 5, shapes[i % len(shapes)]) for i in range(8)]
+    check(collide.resolve_2d(*c), reference(*c))
+
+
+def test_broadcasting_of_large_arrays():
+    rng = np.random.default_rng(1)
+    c = [rng.uniform(0.1, 5, shape) for shape in ((170, 1), (1, 190), (170, 190)) * 2] + [0.5, 2.0]
+    check(collide.resolve_2d(*c), reference(*c))
+
+
+@pytest.mark.parametrize("n", [SMALL, LARGE])
+def test_strides_orders_and_byte_orders(n):
+    c = columns(n)
+    table = np.stack(c, axis=1)
+    want = reference(*c)
+    check(collide.resolve_2d(*table.T), want)  # the columns of an (N, 8) array
+    check(collide.resolve_2d(*(x[::-1] for x in c)), [w[::-1] for w in want])
+    check(collide.resolve_2d(*(x.astype(">f8") for x in c)), want)
+    check(collide.resolve_2d(c[0], np.broadcast_to(2.0, n), *c[2:]), reference(c[0], 2.0, *c[2:]))
+    odd = [np.frombuffer(b"\0" + x.tobytes(), np.uint8)[1:].view(np.float64) for x in c]  # misaligned, read-only
+    assert not odd[0].flags.aligned
+    check(collide.resolve_2d(*odd), want)
+    square = [np.asfortranarray(x[: n // 6 * 6].reshape(6, -1)) for x in c]
+    check(collide.resolve_2d(*square), reference(*square))
+    check(collide.resolve_2d(*(x.T[::2, ::-1] for x in square)), reference(*(x.T[::2, ::-1] for x in square)))
+
+
+@pytest.mark.parametrize("n", [SMALL, LARGE])
+@pytest.mark.parametrize("dtype", ["?", "b", "u1", "i2", "u4", "i8", "u8", "f2", "f4"])
+def test_dtypes(n, dtype):
+    c = columns(n)
+    c[0] = np.ones(n, dtype) if dtype == "?" else (1 + np.arange(n) % 90).astype(dtype)
+    check(collide.resolve_2d(*c), reference(*c))
+    singles = [c[0], *(x.astype(np.float32) for x in c[1:])]
+    result = np.float32 if np.result_type(np.dtype(dtype), np.float32) == np.float32 else np.float64
+    check(collide.resolve_2d(*singles), reference(*singles), result, rtol=1e-5 if result == np.float32 else 1e-12)
+
+
+def test_the_dtype_of_the_result():
+    f4, f2 = np.ones(3, np.float32), np.ones(3, np.float16)
+    for m1, v1, dtype in [
+        (1.0, f4, "f4"),
+        (1, f4, "f4"),
+        (f2, f2, "f4"),
+        (np.float64(1), f4, "f8"),
+        (np.float32(1), f4, "f4"),
+        (1.0, [1.0], "f8"),
+        (1, 1, "f8"),
+        (np.ones(3, int), f4, "f8"),
+        (np.ones(3, np.int16), f4, "f4"),
+    ]:
+        assert collide.resolve_1d(m1, 1, v1, 0)[0].dtype == dtype
+    assert collide.resolve_1d(f4, 1, f4, 0, restitution=np.float64(1))[0].dtype == np.float64
+
+
+def test_python_scalars_keep_their_precision_beside_float32():
+    v = np.linspace(1, 2, 50, dtype=np.float32)
+    u1, _ = collide.resolve_1d(0.1, 0.3, v, -v)
+    np.testing.assert_array_equal(u1, collide.resolve_1d(0.1, 0.3, v.astype(float), -v.astype(float))[0].astype("f4"))
+
+
+def test_scalars_in_scalars_out():
+    u = collide.resolve_2d(1, 3.0, 1, 0, 0, 0, np.float64(1), 1)
+    assert tuple(u) == (0.25, -0.75, 0.25, 0.25)
+    assert all(type(x) is np.float64 for x in u)
+    assert all(type(x) is np.float32 for x in collide.resolve_1d(*np.ones(4, np.float32)))
+    assert u._fields == ("u1x", "u1y", "u2x", "u2y")
+    assert collide.resolve_1d(np.array(1.0), 1, 2, 0) == (0.0, 2.0)
+    assert collide.resolve_1d([1.0], 1, 2, 0).u2.shape == (1,)
+
+
+def test_empty():
+    for shape in ((0,), (3, 0)):
+        u = collide.resolve_2d(np.empty(shape), 1, 1, 1, np.empty(shape), 1, 1, 1)
+        assert [x.shape for x in u] == [shape] * 4
+    assert collide.resolve_1d([], [], [], []).u1.shape == (0,)
+
+
+def test_lists_and_series():
+    c = columns(SMALL)
+    check(collide.resolve_2d(*(x.tolist() for x in c)), reference(*c))
+    check(collide.resolve_2d(*(pd.Series(x, index=np.arange(SMALL)[::-1]) for x in c)), reference(*c))
+    table = pd.DataFrame(np.stack(c, axis=1))
+    check(collide.resolve_2d(*(table[i] for i in table)), reference(*c))
+
+
+@pytest.mark.parametrize("n", [SMALL, LARGE])
+@pytest.mark.parametrize("e", [0.0, 0.5, 2.0, "array"])
+def test_restitution(n, e):
+    c = columns(n)
+    e = np.random.default_rng(2).random(n) if e == "array" else e
+    check(collide.resolve_2d(*c, restitution=e), reference(*c, e=e))
+
+
+def test_inputs_are_not_touched():
+    for n in (SMALL, LARGE):
+        c = columns(n)
+        copies = [x.copy() for x in c]
+        for x in c:
+            x.flags.writeable = False
+        collide.resolve_2d(*c)
+        for x, y in zip(c, copies, strict=True):
+            np.testing.assert_array_equal(x, y)
+
+
+@pytest.mark.parametrize("n", [1, SMALL, LARGE])
+def test_out(n):
+    c = columns(n)
+    out = tuple(np.empty(n) for _ in range(4))
+    got = collide.resolve_2d(*c, out=out)
+    assert all(u is o for u, o in zip(got, out, strict=True))
+    check(out, collide.resolve_2d(*c), rtol=0)
+
+
+def test_out_of_other_layouts():
+    c = columns(LARGE - LARGE % 4)
+    want = collide.resolve_2d(*c)
+    table = np.empty((c[0].size, 4))
+    check(collide.resolve_2d(*c, out=tuple(table.T)), want, rtol=0)
+    blocks = [x.reshape(4, -1) for x in c]
+    out = tuple(np.empty((4, c[0].size // 4), order="F") for _ in range(4))
+    check(collide.resolve_2d(*blocks, out=out), [w.reshape(4, -1) for w in want], rtol=0)
+    out = np.empty(()), np.empty(())
+    collide.resolve_1d(1, 1, 2, 3, out=out)
+    assert (out[0], out[1]) == (3, 2)
+
+
+@pytest.mark.parametrize("n", [SMALL, LARGE])
+@pytest.mark.parametrize("order", [(2, 3, 4, 5), (4, 5, 2, 3), (0, 7, 6, 1)])
+def test_in_place_in_any_order(n, order):
+    c = columns(n)
+    want = collide.resolve_2d(*c)
+    check(collide.resolve_2d(*c, out=tuple(c[i] for i in order)), want, rtol=0)
+
+
+@pytest.mark.parametrize("n", [SMALL, LARGE])
+@pytest.mark.parametrize("shift", [-9, -1, 1, 9, 10_000])
+def test_any_other_overlap_gives_what_copies_would(n, shift):
+    pool = np.random.default_rng(3).uniform(0.1, 5, 2 * n + 2 * abs(shift))
+    base = abs(shift)
+    view = pool[base : base + n]
+    other = [x.copy() for x in columns(n)]
+    want = collide.resolve_2d(view.copy(), *other[1:])
+    out = (pool[base + shift : base + shift + n], *(np.empty(n) for _ in range(3)))
+    check(collide.resolve_2d(view, *other[1:], out=out), want, rtol=0)
+
+
+@pytest.mark.parametrize("n", [SMALL, LARGE])
+def test_overlap_of_other_kinds(n):
+    c = columns(n)
+    want = collide.resolve_2d(*c)
+    table = np.stack(c, axis=1)
+    check(collide.resolve_2d(*table.T, out=tuple(table.T[2:6])), want, rtol=0)  # in place in a table
+    backwards = c[2].copy()
+    got = collide.resolve_2d(c[0], c[1], backwards[::-1], *c[3:], out=(backwards, *(np.empty(n) for _ in range(3))))
+    check(got, collide.resolve_2d(c[0], c[1], c[2][::-1], *c[3:]), rtol=0)
+    scalar = c[2].copy()  # a size-1 view of an output
+    got = collide.resolve_2d(*c[:2], scalar[:1], *c[3:], out=(scalar, *(np.empty(n) for _ in range(3))))
+    check(got, collide.resolve_2d(*c[:2], c[2][0], *c[3:]), rtol=0)
+
+
+ONE = np.ones(3)
+WRONG = [
+    (dict(m1=None), TypeError, "m1: the dtype object"),
+    (dict(v1="3"), TypeError, "v1: the dtype <U1"),
+    (dict(v2=[b"x"]), TypeError, "v2: the dtype |S1"),
+    (dict(m1=1j), TypeError, "m1: the dtype complex128"),
+    (dict(m2=np.ones(3, object)), TypeError, "m2: the dtype object"),
+    (dict(m2=np.ones(3, np.longdouble)), TypeError, "m2: the dtype"),
+    (dict(m2=np.array(["2020"], "M8[Y]")), TypeError, "m2: the dtype datetime64"),
+    (dict(v1=np.ma.masked_array(ONE, [0, 1, 0])), TypeError, "v1: masked arrays"),
+    (dict(v1=[[1, 2], [3]]), TypeError, "v1 = "),
+    (dict(v1=10**400), TypeError, "v1: the dtype object"),
+    (dict(restitution="x"), TypeError, "restitution: the dtype"),
+    (dict(v1=np.ones(4)), ValueError, r"do not broadcast together: m1 (3,), m2 (3,), v1 (4,)"),
+    (dict(invalid="ignore"), ValueError, "invalid = 'ignore': must be one of 'raise', 'keep', 'nan'"),
+    (dict(invalid=None), ValueError, "invalid = None"),
+    (dict(approaching_only="yes"), TypeError, "approaching_only = 'yes'"),
+    (dict(out=ONE), TypeError, "out = ndarray: must be None or a tuple of 2 arrays"),
+    (dict(out=[ONE, ONE]), TypeError, "out = list"),
+    (dict(out=(np.empty(3),)), ValueError, "out has 1 arrays: must have 2, for u1, u2"),
+    (dict(out=(np.empty(3), None)), TypeError, "out[1] is of type NoneType"),
+    (dict(out=(np.empty(3), np.empty(3, np.float32))), TypeError, "out[1] has dtype float32"),
+    (dict(out=(np.empty(4), np.empty(3))), ValueError, "out[0] has shape (4,): must have the broadcast shape, (3,)"),
+    (dict(out=(np.empty(3), np.broadcast_to(1.0, 3))), ValueError, "out[1] is read-only"),
+    (dict(out=(ONE, ONE)), ValueError, "out[0] and out[1] share memory"),
+]
+
+
+@pytest.mark.parametrize(("change", "error", "message"), WRONG)
+def test_errors(change, error, message):
+    arguments = {"m1": ONE, "m2": ONE, "v1": 2 * ONE, "v2": 0 * ONE, **change}
+    with pytest.raises(error) as info:
+        collide.resolve_1d(**arguments)
+    assert message in str(info.value)
+    np.testing.assert_array_equal(ONE, 1)
+
+
+@pytest.mark.parametrize("name", ["resolve_1d", "resolve_2d", "resolve_polar"])
+def test_missing_and_surplus_arguments(name):
+    with pytest.raises(TypeError, match="missing"):
+        getattr(collide, name)(1.0)
+    with pytest.raises(TypeError, match="positional"):
+        getattr(collide, name)(*[1.0] * 10)

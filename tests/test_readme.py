@@ -1,0 +1,77 @@
+"""Every code block of the README runs as printed, and every example in a docstring gives what it says."""
+
+import doctest
+import importlib
+import operator
+import pkgutil
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+
+import collide
+
+README = (Path(__file__).parent.parent / "README.md").read_text()
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+SET_UP = "python3 -m venv .venv && .venv/bin/pip install "
+
+
+def blocks(language):
+    found = [text for name, text in BLOCKS if name == language]
+    return [pytest.param(text, id=f"{language}-{i}") for i, text in enumerate(found)]
+
+
+def test_no_block_is_left_out():
+    assert {name for name, _ in BLOCKS} == {"python", "sh"}
+
+
+@pytest.mark.parametrize("text", blocks("python"))
+def test_python(text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    if ">>>" in text:
+        runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+        runner.run(doctest.DocTestParser().get_doctest(text, {}, "README", "README.md", 0))
+        assert runner.failures == 0
+    else:
+        exec(compile(text, "README.md", "exec"), {"__name__": "readme"})
+
+
+@pytest.mark.parametrize("text", blocks("sh"))
+def test_shell(text, tmp_path):
+    """Set-up commands are known by heart and run by CI; the rest is run here, on a file that the README describes."""
+    np.savez(tmp_path / "pairs.npz", **{k: np.ones(3) for k in ("m1", "m2", "v1x", "v1y", "v2y", "nx", "ny")}, v2x=0.0)
+    for line in text.splitlines():
+        if line.startswith(SET_UP):
+            rest = line.removeprefix(SET_UP)
+            assert rest in (". && .venv/bin/python -m collide demo", '-e ".[test]" && .venv/bin/python -m pytest')
+        else:
+            command = line.replace("collide ", f"{sys.executable} -m collide ", 1)
+            subprocess.run(command, shell=True, cwd=tmp_path, check=True, timeout=120, capture_output=True)
+
+
+def test_ci_runs_the_second_command():
+    text = (Path(__file__).parent.parent / ".ci" / "run").read_text()
+    assert "grep -m 1 -- '-m pytest$' README.md" in text
+    assert re.search(r"-m pytest$", README, re.MULTILINE)
+
+
+@pytest.mark.parametrize("name", [m.name for m in pkgutil.iter_modules(collide.__path__) if m.name != "__main__"])
+def test_docstrings(name, keep_threads):
+    module = importlib.import_module(f"collide.{name}")
+    result = doctest.testmod(module, extraglobs={"collide": collide, "np": np, "numba": numba})
+    assert result.failed == 0
+
+
+def test_there_are_examples():
+    finder = doctest.DocTestFinder()
+    functions = [
+        *(set(collide.__all__) - {"InvalidPairError", "scalar"}),
+        *(f"scalar.{f}" for f in collide.scalar.__all__),
+    ]
+    for name in functions:
+        item = operator.attrgetter(name)(collide)
+        assert any(test.examples for test in finder.find(item, name)), name

@@ -1,0 +1,74 @@
+"""The house rules that a reader relies on: who imports whom, and where compile options may be."""
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import collide
+
+PACKAGE = Path(collide.__file__).parent
+# Each module imports from earlier lines only.
+ORDER = [
+    ["_jit"],
+    ["_lanes"],
+    ["_sincos", "_memory"],
+    ["scalar"],
+    ["_kernels", "errors", "_threads"],
+    ["_limit", "_arrays"],
+    ["batch"],
+    ["__init__"],
+    ["_demo"],
+    ["__main__"],
+]
+OPTIONS = re.compile(
+    r"^\s*@(numba\.)?(n?jit|(gu)?vectorize)\b|\b(n?jit|register_jitable)\(|fastmath|error_model", re.MULTILINE
+)
+RANK = {name: i for i, names in enumerate(ORDER) for name in names}
+
+
+def imports(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.level == 1:
+            for alias in node.names:
+                name = node.module or alias.name
+                yield name if name in RANK else "__init__"
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.glob("*.py")), ids=lambda path: path.stem)
+def test_imports_run_one_way(path):
+    assert path.stem in RANK, "a new module needs its place in the order"
+    for name in imports(path):
+        assert RANK[name] < RANK[path.stem] or (path.stem, name) == ("__main__", "_demo")
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.glob("*.py")), ids=lambda path: path.stem)
+def test_compile_options_are_in_one_place(path):
+    if path.stem != "_jit":
+        assert not OPTIONS.search(path.read_text())
+
+
+def test_the_public_names():
+    assert set(collide.__all__) == {
+        "InvalidPairError",
+        "get_num_threads",
+        "resolve_1d",
+        "resolve_2d",
+        "resolve_polar",
+        "scalar",
+        "set_num_threads",
+    }
+    for name in collide.__all__:
+        assert getattr(collide, name).__doc__
+
+
+def test_importing_needs_numpy_and_numba_only():
+    code = (
+        "import sys, numba; before = set(sys.modules); import collide; "
+        "print(sorted({name.split('.')[0] for name in set(sys.modules) - before} - set(sys.stdlib_module_names)))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert set(ast.literal_eval(run.stdout)) <= {"collide", "llvmlite", "numba", "numpy"}
