@@ -85,10 +85,14 @@ def resolve(source: Path, target: Path, invalid: str, approaching_only: bool) ->
     """Resolves the pairs of one .npz file into another, which appears whole or not at all."""
     if not source.is_file():
         raise UsageError(f"{source}: no such file")
+    try:
+        real_target = target.resolve()  # of a link, what it points to
+    except (OSError, RuntimeError) as error:
+        raise UsageError(f"{target}: {error}") from None
     if target.exists() and (not target.is_file() or source.samefile(target)):
         raise UsageError(f"{target}: is {'the input' if target.is_file() else 'not a file'}")
-    if not target.parent.is_dir():
-        raise UsageError(f"{target.parent}: no such folder")
+    if not real_target.parent.is_dir():
+        raise UsageError(f"{real_target.parent}: no such folder")
     table = _read(source)
     form, function = _choose(source, table)
     columns = _columns(source, table, form)
@@ -98,25 +102,47 @@ def resolve(source: Path, target: Path, invalid: str, approaching_only: bool) ->
         row = error.index[0] if error.index else 0
         others = f" ({error.count} invalid pairs in all)" if error.count > 1 else ""
         raise DataError(f"{source}: row {row}: {error.reason}{others}") from None
-    except (TypeError, ValueError) as error:
-        raise DataError(f"{source}: {error}") from None
-    with _replacing(target) as file:
-        np.savez(file, allow_pickle=False, **table, **dict(zip(form.outputs, results, strict=True)))
+    except (TypeError, ValueError, MemoryError) as error:
+        raise DataError(f"{source}: {error or 'out of memory'}") from None
+    with _replacing(real_target) as file:
+        _write(file, {**table, **dict(zip(form.outputs, results, strict=True))})
 
 
 def _read(path: Path) -> dict[str, Array]:
     name = ""
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as file:
+            archive = np.load(file, allow_pickle=False)
             if not isinstance(archive, np.lib.npyio.NpzFile):
                 raise DataError(f"{path}: is no .npz file")
             table = {}
             for name in archive.files:
                 table[name] = archive[name]
+                if not isinstance(table[name], np.ndarray):
+                    raise ValueError("not an array")
             return table
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error) as error:
+    # What zipfile and NumPy raise for damage, encryption, methods unknown to them, pickles and sizes out of reach.
+    except (
+        OSError,
+        ValueError,
+        EOFError,
+        KeyError,
+        RuntimeError,
+        MemoryError,
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
         column = f" column {name}:" if name else ""
-        raise DataError(f"{path}:{column} cannot be read as a .npz file of plain arrays ({error})") from None
+        why = " ".join(str(error).split()) or type(error).__name__
+        raise DataError(f"{path}:{column} cannot be read as a .npz file of plain arrays ({why})") from None
+
+
+def _write(file: IO[bytes], table: Mapping[str, Array]) -> None:
+    """numpy.savez, but for the columns that are named as its own arguments."""
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
+        for name, column in table.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, np.asanyarray(column), allow_pickle=False)
 
 
 def _choose(path: Path, table: Mapping[str, Array]) -> tuple[Form, Any]:
@@ -171,7 +197,7 @@ def _replacing(path: Path) -> Iterator[IO[bytes]]:
         temporary.chmod(path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~mask)
         temporary.replace(path)
     except BaseException:
-        temporary.unlink()
+        temporary.unlink(missing_ok=True)  # gone if the interrupt came after the renaming
         raise
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
-from collections.abc import Callable, Sequence
+import reprlib
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.ma import MaskedArray  # imported by Numba's first look at an array otherwise, in the middle of a call
 
 from . import _threads
 from ._jit import Kernel
@@ -17,13 +20,17 @@ from .errors import InvalidPairError, reason
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
+_ndarray, _float64, _empty = np.ndarray, np.float64, np.empty  # looked up nine times a call
 _FLOAT64, _FLOAT32 = np.dtype(np.float64), np.dtype(np.float32)
 _NOTHING = {dtype: np.empty(0, dtype) for dtype in (_FLOAT64, _FLOAT32)}
+_BOOLS = bool, np.bool_
+_WEAK: dict[type, Any] = {bool: False, int: 0, float: 0.0}
 _RULES = {"raise": False, "keep": False, "nan": True}
 
 # Arguments that a kernel cannot read as they lie are copied, and converted, this many pairs at a time: in the cache.
 _BLOCK = 1 << 13
-# Up to here writing to fresh arrays and copying is cheaper than looking for overlaps between out and the inputs.
+_READY = 0x0001 | 0x0100  # NumPy's flags C_CONTIGUOUS and ALIGNED
+# Up to here a copy is cheaper than thinking: about overlaps between out and the inputs, about strides and dtypes.
 _SMALL = 1 << 12
 
 
@@ -41,115 +48,105 @@ class Tally(NamedTuple):
         return later._replace(first=offset + later.first)
 
 
+class Batch(NamedTuple):
+    """The inputs of a call: one array or None for each column, and where it is None the number in `scalars`."""
+
+    arrays: list[Array | None]
+    scalars: Array
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]  # of the result
+    flat: bool  # whether kernels can read every array as it lies: see _flat
+
+
 def resolve(form: Form, inputs: tuple[Any, ...], approaching_only: Any, invalid: Any, out: Any) -> Sequence[Any]:
-    """The outputs of a batch, scalars where all inputs are scalars."""
-    if not isinstance(approaching_only, bool | np.bool_):
+    """The outputs of a call, scalars where all inputs are scalars."""
+    if approaching_only is not False and not isinstance(approaching_only, _BOOLS):
         raise TypeError(f"approaching_only = {approaching_only!r}: must be True or False")
-    if not isinstance(invalid, str) or invalid not in _RULES:
+    if type(invalid) is not str or invalid not in _RULES:
         raise ValueError(f"invalid = {invalid!r}: must be one of {', '.join(map(repr, _RULES))}")
-    return _quick(form, inputs, approaching_only, invalid, out) or _general(
-        form, inputs, approaching_only, invalid, out
-    )
-
-
-def _quick(form: Form, inputs: tuple[Any, ...], approaching_only: Any, invalid: Any, out: Any) -> Sequence[Any] | None:
-    """A small batch of plain arrays of one dtype and length, and of plain scalars: in 6 us, where `_general` takes 40.
-
-    None where there is anything else about it.
-    """
-    shape: tuple[int, ...] | None = None
-    dtype = _FLOAT64
-    columns: list[Array | None] = []
-    scalars = np.empty(len(inputs))
-    for i, value in enumerate(inputs):
-        kind = type(value)
-        if kind is np.ndarray:
-            if shape is None:
-                shape, dtype = value.shape, value.dtype
-                if len(shape) != 1 or shape[0] > _SMALL or dtype not in _NOTHING:
-                    return None
-            elif value.shape != shape or value.dtype is not dtype:
-                return None
-            columns.append(value)
-        elif kind is float or kind is int:
-            try:
-                scalars[i] = value
-            except OverflowError:
-                return None
-            columns.append(None)
-        else:
-            return None
-    nothing = _NOTHING[dtype]
-    outputs = [np.empty(shape or 1, dtype) for _ in form.outputs]
-    if out is not None:
-        _check_out(form.outputs, out, () if shape is None else shape, dtype)
-    witness = np.empty(len(inputs))
-    kernel = form.kernels[dtype].compiled
-    columns = [nothing if c is None else c for c in columns]
-    try:
-        tally = kernel(
-            *columns, *outputs, scalars, witness, 0, outputs[0].size, bool(approaching_only), _RULES[invalid]
-        )
-    except TypeError:  # strided or misaligned
-        return None
-    if out is not None:
-        for u, fresh in zip(out, outputs, strict=True):
-            u[...] = fresh if shape is not None else fresh[0]
-    if tally[0] and invalid == "raise":
-        raise _error(form, shape or (), Tally(tally[0], tally[1], witness))
-    if out is not None:
-        return out  # type: ignore[no-any-return]
-    return outputs if shape is not None else [u[0] for u in outputs]
-
-
-def _error(form: Form, shape: tuple[int, ...], tally: Tally) -> InvalidPairError:
-    index = tuple(int(i) for i in np.unravel_index(tally.first, shape))
-    return InvalidPairError(
-        index, tally.n_invalid, reason(dict(zip(form.columns, tally.witness.tolist(), strict=True)))
-    )
-
-
-def _general(form: Form, inputs: tuple[Any, ...], approaching_only: Any, invalid: Any, out: Any) -> Sequence[Any]:
-    arrays = [_array(name, value) for name, value in zip(form.columns, inputs, strict=True)]
-    shape = _shape(form.columns, arrays)
-    dtype = _result_dtype(inputs, arrays)
+    batch = _plain(inputs) or _any(form.columns, inputs)
+    small = math.prod(batch.shape) <= _SMALL
     if out is None:
-        outputs = [_new(shape, dtype, arrays) for _ in form.outputs]
-        targets = outputs
+        targets = outputs = _new(batch, len(form.outputs), small)
     else:
-        _check_out(form.outputs, out, shape, dtype)
-        outputs = list(out)
-        if outputs[0].size <= _SMALL:
-            targets = [np.empty(shape, dtype) for _ in outputs]
-        else:
-            targets = outputs
-            arrays = [_apart(array, shape, outputs) for array in arrays]
-    size = targets[0].size
-    if size:
-        task = _task(form.kernels[dtype], arrays, targets, approaching_only, _RULES[invalid])
-        tally = functools.reduce(lambda a, b: a.plus(b, 0), _threads.run(task, size))
+        outputs = _checked(form.outputs, out, batch)
+        targets = _new(batch, len(outputs), small) if small or _clash(batch.arrays, outputs) else outputs
+    tally = _run(form.kernels[batch.dtype], batch, targets, bool(approaching_only), _RULES[invalid])
     if targets is not outputs:
         for u, target in zip(outputs, targets, strict=True):
             u[...] = target
-    if size and tally.n_invalid and invalid == "raise":
-        raise _error(form, shape, tally)
-    if out is None and not shape:
+    if tally and invalid == "raise":
+        index = tuple(int(i) for i in np.unravel_index(tally.first, batch.shape))
+        pair = dict(zip(form.columns, tally.witness.tolist(), strict=True))
+        raise InvalidPairError(index, tally.n_invalid, reason(pair))
+    if out is None and not batch.shape:
         return [u[()] for u in outputs]
     return outputs
 
 
+def _plain(inputs: tuple[Any, ...]) -> Batch | None:
+    """The common case in 2 us, where `_any` takes 20: plain numbers, and arrays of one shape and dtype."""
+    first: Any = None
+    shape, dtype, flat = (), _FLOAT64, True
+    strong = False  # a NumPy scalar counts for the result's dtype, Python's numbers do not
+    arrays: list[Array | None] = []
+    scalars = _empty(len(inputs))
+    for i, value in enumerate(inputs):
+        kind = type(value)
+        if kind is _ndarray:
+            if first is None:
+                first, shape, dtype = value, value.shape, value.dtype
+                if dtype not in _NOTHING:
+                    return None
+            elif value.dtype is not dtype or value.shape != shape:
+                return None
+            if value.flags.num & _READY != _READY:
+                flat = False
+            arrays.append(value)
+        elif kind is float or kind is int or kind is _float64:
+            strong = strong or kind is _float64
+            try:
+                scalars[i] = value
+            except OverflowError:
+                return None
+            arrays.append(None)
+        else:
+            return None
+    if strong and dtype is not _FLOAT64:
+        dtype, flat = _FLOAT64, False
+    return Batch(arrays, scalars, shape, dtype, flat)
+
+
+def _any(names: Sequence[str], inputs: Sequence[Any]) -> Batch:
+    """Whatever else NumPy makes arrays of. Size-1 arrays become numbers, so that none becomes a full-length array."""
+    arrays = [_array(name, value) for name, value in zip(names, inputs, strict=True)]
+    shape = _shape(names, arrays)
+    # Python's numbers are weak, as in NumPy's own arithmetic.
+    kinds = [_WEAK.get(type(value), a.dtype) for value, a in zip(inputs, arrays, strict=True)]
+    dtype = _FLOAT32 if np.result_type(*kinds) in (_FLOAT32, np.float16) else _FLOAT64
+    scalars = np.array([float(a.item()) if a.size == 1 else math.nan for a in arrays])
+    full = [None if a.size == 1 else a if a.shape == shape else np.broadcast_to(a, shape) for a in arrays]
+    return Batch(full, scalars, shape, dtype, False)
+
+
 def _array(name: str, value: Any) -> Array:
-    if isinstance(value, np.ma.MaskedArray):
-        raise TypeError(f"{name}: masked arrays are not supported; pass .filled(...) or .compressed()")
+    if type(value) is int:  # of any size, as a float is
+        try:
+            value = float(value)
+        except OverflowError:
+            raise TypeError(f"{name}: an integer of {value.bit_length()} bits is too large for float64") from None
     try:
-        array = np.asarray(value)
+        array = np.asanyarray(value)
     except ValueError as error:
-        raise TypeError(f"{name} = {value!r}: must be an array of numbers ({error})") from None
+        raise TypeError(f"{name} = {reprlib.repr(value)}: must be an array of numbers ({error})") from None
+    parts = value if isinstance(value, list | tuple) else ()
+    if any(isinstance(a, MaskedArray) for a in (array, *parts)):
+        raise TypeError(f"{name}: masked arrays are not supported; pass .filled(...) or .compressed()")
     if array.dtype.kind not in "biuf" or (array.dtype.kind == "f" and array.dtype.itemsize > 8):
         raise TypeError(
             f"{name}: the dtype {array.dtype} is not supported; must be bool, an integer, float16, float32 or float64"
         )
-    return array
+    return np.asarray(array)
 
 
 def _shape(names: Sequence[str], arrays: Sequence[Array]) -> tuple[int, ...]:
@@ -157,58 +154,60 @@ def _shape(names: Sequence[str], arrays: Sequence[Array]) -> tuple[int, ...]:
     if len(shapes) <= 1:
         return shapes.pop() if shapes else ()
     try:
-        return np.broadcast_shapes(*(array.shape for array in arrays))
+        return np.broadcast_shapes(*shapes)
     except ValueError:
         listed = ", ".join(f"{name} {array.shape}" for name, array in zip(names, arrays, strict=True) if array.ndim)
         raise ValueError(f"the shapes of the arguments do not broadcast together: {listed}") from None
 
 
-def _result_dtype(inputs: Sequence[Any], arrays: Sequence[Array]) -> np.dtype[Any]:
-    """Python scalars are weak, as in NumPy's own arithmetic."""
-    weak = (bool, int, float)
-    kinds = [value if type(value) in weak else array.dtype for value, array in zip(inputs, arrays, strict=True)]
-    return _FLOAT32 if np.result_type(*kinds) in (_FLOAT32, np.float16) else _FLOAT64
-
-
-def _new(shape: tuple[int, ...], dtype: np.dtype[Any], arrays: Sequence[Array]) -> Array:
-    """A new output. A large one lies to the cache lines as the first array of its size among the inputs does.
+def _new(batch: Batch, count: int, small: bool) -> list[Array]:
+    """New outputs. Large ones lie to the cache lines as the first array of their kind among the inputs does.
 
     Streaming stores need outputs that agree, and a step's loads are then whole lines as well: inputs at an odd 16
     bytes, NumPy's usual, under outputs on a line cost a quarter of the speed.
     """
-    size = math.prod(shape) * dtype.itemsize
-    if size <= _SMALL * dtype.itemsize:
-        return np.empty(shape, dtype)
-    raw = np.empty(size + LINE, np.uint8)
-    like = next((_address(a) for a in arrays if a.shape == shape and a.dtype == dtype), 0)
-    start = (like - _address(raw)) % LINE // dtype.itemsize * dtype.itemsize
-    return raw[start : start + size].view(dtype).reshape(shape)
+    shape, dtype = batch.shape, batch.dtype
+    if small:
+        return [_empty(shape, dtype) for _ in range(count)]
+    size, item = math.prod(shape) * dtype.itemsize, dtype.itemsize
+    like = next((_address(a) for a in batch.arrays if a is not None and a.dtype == dtype), 0)
+    outputs = []
+    for _ in range(count):
+        raw = np.empty(size + LINE, np.uint8)
+        start = (like - _address(raw)) % LINE // item * item
+        outputs.append(raw[start : start + size].view(dtype).reshape(shape))
+    return outputs
 
 
 def _address(array: Array) -> int:
     return array.__array_interface__["data"][0]  # type: ignore[no-any-return]
 
 
-def _check_out(names: Sequence[str], out: Any, shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
+def _checked(names: Sequence[str], out: Any, batch: Batch) -> list[Array]:
+    """The arrays of `out`, if they can take the results."""
     if not isinstance(out, tuple):
         raise TypeError(f"out = {type(out).__name__}: must be None or a tuple of {len(names)} arrays")
     if len(out) != len(names):
         raise ValueError(f"out has {len(out)} arrays: must have {len(names)}, for {', '.join(names)}")
     for i, u in enumerate(out):
-        if not isinstance(u, np.ndarray) or isinstance(u, np.ma.MaskedArray):
+        if not isinstance(u, np.ndarray) or isinstance(u, MaskedArray):
             raise TypeError(f"out[{i}] is of type {type(u).__name__}: must be a NumPy array")
-        if u.dtype != dtype:
-            raise TypeError(f"out[{i}] has dtype {u.dtype}: must have the result's, {dtype}")
-        if u.shape != shape:
-            raise ValueError(f"out[{i}] has shape {u.shape}: must have the broadcast shape, {shape}")
+        if u.dtype != batch.dtype:
+            raise TypeError(f"out[{i}] has dtype {u.dtype}: must have the result's, {batch.dtype}")
+        if u.shape != batch.shape:
+            raise ValueError(f"out[{i}] has shape {u.shape}: must have the broadcast shape, {batch.shape}")
         if not u.flags.writeable:
             raise ValueError(f"out[{i}] is read-only")
-        for j in range(i):
-            if _overlap(u, out[j]):
-                raise ValueError(f"out[{j}] and out[{i}] share memory")
+    for (i, a), (j, b) in itertools.combinations(enumerate(out), 2):
+        if _overlap(a, b):
+            raise ValueError(f"out[{i}] and out[{j}] share memory")
+    return list(out)
 
 
 def _overlap(a: Array, b: Array) -> bool:
+    # Two arrays that own their memory do not share it; telling so takes a fifth of the time of NumPy's look.
+    if a is not b and a.flags.owndata and b.flags.owndata:
+        return False
     if not np.may_share_memory(a, b):
         return False
     try:
@@ -217,77 +216,112 @@ def _overlap(a: Array, b: Array) -> bool:
         return True
 
 
-def _apart(array: Array, shape: tuple[int, ...], outputs: Sequence[Array]) -> Array:
-    """The input, or a copy where an output overlaps it in any way but element upon element."""
-    if array.size == 1:
-        return array.copy()
-    for u in outputs:
-        if array is not u and _overlap(array, u):
-            same = array.dtype == u.dtype and array.shape == u.shape and array.strides == u.strides
-            if not same or _address(array) != _address(u):
-                return array.copy()
-    return array
+def _clash(arrays: Sequence[Array | None], outputs: Sequence[Array]) -> bool:
+    """Whether an output shares memory with an input in any way but element upon element, which is in place."""
+    for a in arrays:
+        for u in outputs:
+            if a is not None and a is not u and _overlap(a, u):
+                same = a.dtype == u.dtype and a.shape == u.shape and a.strides == u.strides
+                if not same or _address(a) != _address(u):
+                    return True
+    return False
 
 
-def _task(
-    kernel: Kernel, arrays: Sequence[Array], outputs: Sequence[Array], approaching_only: Any, nan_invalid: bool
-) -> Callable[[int, int], Tally]:
-    """The function that resolves the pairs from start to stop."""
-    compiled, dtype, shape = kernel.compiled, outputs[0].dtype, outputs[0].shape
-    scalars = np.array([float(a.item()) if a.size == 1 else math.nan for a in arrays])
-    sources = [_NOTHING[dtype] if a.size == 1 else a if a.shape == shape else np.broadcast_to(a, shape) for a in arrays]
-    targets = [np.asarray(u) for u in outputs]
+def _run(kernel: Kernel, batch: Batch, targets: Sequence[Array], *options: bool) -> Tally | None:
+    """Resolves the pairs of a batch; None if none is invalid."""
+    n, dtype = targets[0].size, batch.dtype
+    nothing = _NOTHING[dtype]
+    columns = [nothing if a is None else a for a in batch.arrays]
+    if n > _SMALL:
+        return _run_large(kernel, columns, targets, batch.scalars, *options)
+    results = targets
+    if not batch.flat:  # the targets are fresh; what is not flat is an input, and copied, as long as that is cheap
+        columns = [_copy(a, dtype) if flat is None else flat for a in columns for flat in (_flat(a, dtype),)]
+    elif len(batch.shape) != 1:
+        columns = [a.reshape(-1) for a in columns]
+    if len(batch.shape) != 1:
+        results = [u.reshape(-1) for u in targets]
+    witness = _empty(len(columns))
+    n_invalid, first = kernel.compiled(*columns, *results, batch.scalars, witness, 0, n, *options)
+    return Tally(n_invalid, first, witness) if n_invalid else None
+
+
+def _run_large(
+    kernel: Kernel, sources: Sequence[Array], targets: Sequence[Array], scalars: Array, *options: bool
+) -> Tally | None:
+    """On several threads; what a kernel cannot read or write as it lies passes through blocks, in the cache."""
+    shape, dtype = targets[0].shape, targets[0].dtype
     columns, results = [_flat(a, dtype) for a in sources], [_flat(u, dtype) for u in targets]
 
-    def call(ins: Sequence[Array], outs: Sequence[Array], start: int, stop: int) -> Tally:
+    def call(ins: Sequence[Any], outs: Sequence[Any], start: int, stop: int) -> Tally:
         witness = np.empty(len(scalars))
-        tally = compiled(*ins, *outs, scalars, witness, start, stop, bool(approaching_only), nan_invalid)
-        return Tally(tally[0], tally[1], witness)
+        n_invalid, first = kernel.compiled(*ins, *outs, scalars, witness, start, stop, *options)
+        return Tally(n_invalid, first, witness)
 
     def straight(start: int, stop: int) -> Tally:
-        return call(columns, results, start, stop)  # type: ignore[arg-type]
+        return call(columns, results, start, stop)
 
     def by_blocks(start: int, stop: int) -> Tally:
         total = Tally(0, -1, scalars)
-        length = min(_BLOCK, stop - start)
-        rooms_in = [_Room(a, length, dtype) if c is None else c for a, c in zip(sources, columns, strict=True)]
-        rooms_out = [_Room(u, length, dtype) if r is None else r for u, r in zip(targets, results, strict=True)]
-        for lo in range(start, stop, _BLOCK):
-            part = slice(lo, min(lo + _BLOCK, stop))
-            ins = [room.filled(part) if isinstance(room, _Room) else room[part] for room in rooms_in]
-            outs = [room[part] for room in rooms_out]
-            tally = call(ins, outs, 0, part.stop - lo)
+        rooms_in = [_Room(a, dtype) if c is None else c for a, c in zip(sources, columns, strict=True)]
+        rooms_out = [_Room(u, dtype) if r is None else r for u, r in zip(targets, results, strict=True)]
+        for lo, hi, where in _blocks(shape, start, stop):
+            ins = [room.filled(where) if isinstance(room, _Room) else room[lo:hi] for room in rooms_in]
+            outs = [room.memory[: hi - lo] if isinstance(room, _Room) else room[lo:hi] for room in rooms_out]
+            tally = call(ins, outs, 0, hi - lo)
             for room in rooms_out:
                 if isinstance(room, _Room):
-                    room.empty(part)
+                    room.empty(where)
             total = total.plus(tally, lo)
         return total
 
-    return by_blocks if any(flat is None for flat in (*columns, *results)) else straight
+    task = by_blocks if any(flat is None for flat in (*columns, *results)) else straight
+    tally = functools.reduce(lambda a, b: a.plus(b, 0), _threads.run(task, targets[0].size))
+    return tally if tally.n_invalid else None
 
 
 def _flat(array: Array, dtype: np.dtype[Any]) -> Array | None:
-    """The array as a kernel reads it: one contiguous run of native, aligned numbers. None where it is not that."""
-    if array.dtype == dtype and array.flags.c_contiguous and array.flags.aligned:
-        return array.reshape(-1)
+    """The array as a kernel reads it: one contiguous run of native, aligned numbers. None where it is not that.
+
+    The kernel must not be left to find out: Numba takes a byte-swapped array for a native one that it has seen.
+    """
+    if array.dtype == dtype and array.flags.num & _READY == _READY:
+        return array if type(array) is np.ndarray and array.ndim == 1 else np.asarray(array).reshape(-1)
     return None
+
+
+def _copy(array: Array, dtype: np.dtype[Any]) -> Array:
+    with np.errstate(invalid="ignore"):  # a signalling NaN on its way to the check
+        return np.array(array, dtype).reshape(-1)
 
 
 class _Room:
     """A block's length of memory through which an array of any dtype, byte order and strides passes."""
 
-    def __init__(self, array: Array, length: int, dtype: np.dtype[Any]) -> None:
-        # One-dimensional slices are copied at the speed of the cache, other layouts element by element.
-        self._elements = array if array.ndim == 1 else array.flat
-        self._memory = np.empty(length, dtype)
+    def __init__(self, array: Array, dtype: np.dtype[Any]) -> None:
+        self._array = array
+        self.memory = np.empty(_BLOCK, dtype)
 
-    def __getitem__(self, part: slice) -> Array:
-        return self._memory[: part.stop - part.start]
+    def filled(self, where: tuple[Any, ...]) -> Array:
+        part = self._array[where]
+        with np.errstate(invalid="ignore"):
+            np.copyto(self.memory[: part.size].reshape(part.shape), part, casting="unsafe")
+        return self.memory[: part.size]
 
-    def filled(self, part: slice) -> Array:
-        with np.errstate(invalid="ignore"):  # a signalling NaN on its way to the check
-            np.copyto(self[part], self._elements[part], casting="unsafe")
-        return self[part]
+    def empty(self, where: tuple[Any, ...]) -> None:
+        part = self._array[where]
+        part[...] = self.memory[: part.size].reshape(part.shape)
 
-    def empty(self, part: slice) -> None:
-        self._elements[part] = self[part]
+
+def _blocks(shape: tuple[int, ...], start: int, stop: int) -> Iterator[tuple[int, int, tuple[Any, ...]]]:
+    """Cuts the elements start to stop, in C order, into boxes of at most _BLOCK: their range and their index."""
+    sizes = [math.prod(shape[axis + 1 :]) for axis in range(len(shape))]
+    while start < stop:
+        # Along the first axis on which a whole layer begins here and fits.
+        fits = (k for k, size in enumerate(sizes) if start % size == 0 and size <= min(_BLOCK, stop - start))
+        axis = next(fits)
+        at = np.unravel_index(start, shape)
+        layers = min(shape[axis] - int(at[axis]), min(_BLOCK, stop - start) // sizes[axis])
+        end = start + layers * sizes[axis]
+        yield start, end, (*at[:axis], slice(at[axis], at[axis] + layers))
+        start = end

@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import hashlib
 import importlib.metadata
 import os
@@ -22,6 +21,7 @@ import numba
 from numba.core import config
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.serialize import dumps
 from numba.extending import overload, register_jitable
 
@@ -70,22 +70,35 @@ class Kernel:
 
     def __init__(self, function: Callable[..., Any], signature: Any, name: str) -> None:
         self._function, self._signature, self._name = function, signature, name
+        self._compiled: Callable[..., Any] | None = None
 
-    @functools.cached_property
+    @property
     def compiled(self) -> Callable[..., Any]:
+        return self._compiled or self._compile()
+
+    def _compile(self) -> Callable[..., Any]:
         if config.DISABLE_JIT:
             raise RuntimeError(
                 "the batch functions of collide need Numba's compiler, and NUMBA_DISABLE_JIT is set; "
                 "the formulas of collide.scalar work without it"
             )
-        dispatcher = numba.njit(**_OPTIONS, nogil=True)(self._function)
-        dispatcher._cache = _DiskCache(self._name)
-        dispatcher.compile(self._signature)
-        dispatcher.disable_compile()
-        return dispatcher  # type: ignore[no-any-return]
+        with global_compiler_lock:  # and no other lock: see the fork below
+            if self._compiled is None:
+                dispatcher = numba.njit(**_OPTIONS, nogil=True)(self._function)
+                dispatcher._cache = _DiskCache(self._name)
+                dispatcher.compile(self._signature)
+                dispatcher.disable_compile()
+                self._compiled = dispatcher
+            return self._compiled
 
-    def __call__(self, *args: Any) -> Any:
-        return self.compiled(*args)
+
+if hasattr(os, "register_at_fork"):
+    # A child forked in the middle of a compilation would wait for a thread that it does not have. So the fork waits.
+    os.register_at_fork(
+        before=global_compiler_lock.acquire,
+        after_in_parent=global_compiler_lock.release,
+        after_in_child=global_compiler_lock.release,
+    )
 
 
 class _DiskCache(NullCache):  # type: ignore[misc]
@@ -100,12 +113,12 @@ class _DiskCache(NullCache):  # type: ignore[misc]
         self._name = name
 
     def _path(self, folder: Path, signature: Any, codegen: Any) -> Path:
-        key = (signature, codegen.magic_tuple(), _environment(), _sources_digest())
+        key = (signature, codegen.magic_tuple(), _environment(), _SOURCES)
         return folder / f"{self._name}-{hashlib.sha256(repr(key).encode()).hexdigest()[:32]}.nbc"
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         target_context.refresh()
-        for folder in _folders():
+        for folder in _folders() if _SOURCES else []:
             with contextlib.suppress(OSError):
                 data = self._path(folder, sig, target_context.codegen()).read_bytes()
                 if hashlib.sha256(data[32:]).digest() == data[:32]:
@@ -113,6 +126,8 @@ class _DiskCache(NullCache):  # type: ignore[misc]
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
+        if not _SOURCES or _sources_digest() != _SOURCES:
+            return  # no source to name it by, or another by now than what was imported
         payload = dumps(data._reduce())
         for folder in _folders():
             with contextlib.suppress(OSError):
@@ -122,6 +137,7 @@ class _DiskCache(NullCache):  # type: ignore[misc]
                 handle, temporary = tempfile.mkstemp(dir=folder, prefix=path.name, suffix=".tmp")
                 try:
                     with os.fdopen(handle, "wb") as file:
+                        os.fchmod(handle, 0o644)  # for whoever else may read the folder
                         file.write(hashlib.sha256(payload).digest() + payload)
                     Path(temporary).replace(path)
                 except BaseException:
@@ -140,12 +156,16 @@ def _folders() -> list[Path]:
     return folders
 
 
-@functools.cache
 def _sources_digest() -> str:
+    """Of all source files of the package; empty where there are none."""
+    sources = sorted(Path(__file__).parent.glob("*.py"))
     digest = hashlib.sha256()
-    for source in sorted(Path(__file__).parent.glob("*.py")):
+    for source in sources:
         digest.update(source.name.encode() + b"\0" + source.read_bytes())
-    return digest.hexdigest()
+    return digest.hexdigest() if sources else ""
+
+
+_SOURCES = _sources_digest()  # at import, as what is compiled later is what was imported now
 
 
 def _environment() -> tuple[Any, ...]:

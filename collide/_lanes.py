@@ -165,8 +165,18 @@ def _blend(typingctx: Any, mask: Any, x: Any, y: Any) -> Any:
     return lanes(mask, *(v if isinstance(v, Lanes) else types.float64 for v in (x, y))), codegen
 
 
-# A sum of masses or a squared normal within these powers of two times any other stays far from overflow, underflow
-# and their rounding.
+def as_float64(x: Any) -> Any:
+    """The number or array as float64: integers would wrap, and float32 round, on the way to the answer."""
+    return np.asarray(x, np.float64)[()]
+
+
+@compiles(as_float64)
+def _as_float64(x: Any) -> Any:
+    return (lambda x: x) if isinstance(x, Lanes) else (lambda x: types.float64(x))
+
+
+# A sum of masses between these powers of two stays far from overflow, underflow and their rounding when it is
+# multiplied by the square of a normal.
 _SMALLEST, _LARGEST = (1023 - 400) << 52, (1023 + 400) << 52
 
 

@@ -7,6 +7,7 @@ when its own is done: a busy, forked or closing pool makes a call slower, never 
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import itertools
 import math
@@ -14,9 +15,9 @@ import operator
 import os
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from pathlib import Path
-from typing import TypeVar
+from queue import SimpleQueue
+from typing import Any, Generic, TypeVar
 
 Result = TypeVar("Result")
 
@@ -27,7 +28,7 @@ _GRAIN = 64
 
 _lock = threading.Lock()
 _num_threads: int | None = None
-_pool: ThreadPoolExecutor | None = None
+_pool: _Pool | None = None
 
 
 def get_num_threads() -> int:
@@ -67,7 +68,7 @@ def set_num_threads(n: int) -> None:
     with _lock:
         _num_threads = n
         if _pool is not None:
-            _pool.shutdown(wait=False)  # what it has begun it ends
+            _pool.close()
             _pool = None
 
 
@@ -77,37 +78,98 @@ def run(task: Callable[[int, int], Result], n: int) -> list[Result]:
     if threads == 1:
         return [task(0, n)]
     cuts = [n * i // threads // _GRAIN * _GRAIN for i in range(threads)] + [n]
-    shares = list(itertools.pairwise(cuts))
-    futures: list[Future[Result] | None] = []
+    shares = [_Share(task, start, stop) for start, stop in itertools.pairwise(cuts)]
+    me = object()
     try:
-        futures += [_submit(task, *share) for share in shares[1:]]
-        results = [task(*shares[0])]
-        for share, future in zip(shares[1:], futures, strict=True):
-            if future is None or future.cancel():
-                results.append(task(*share))
-            else:
-                results.append(future.result())
-        return results
+        for share in shares[1:]:
+            _offer(share)
+        for share in shares:
+            if share.claim(me):
+                share.result = task(*share.range)
+        for share in shares:
+            if not share.claim(me):
+                share.wait()
     finally:
-        # Also when interrupted: no thread may go on writing into the arrays of a call that has ended.
-        wait([future for future in futures if future is not None and not future.cancel()])
+        # Also when interrupted, here or above: no thread may go on writing into the arrays of a call that has ended.
+        for share in shares:
+            if not share.claim(me):
+                share.wait()
+    for share in shares:
+        if share.error is not None:
+            raise share.error
+    return [share.result for share in shares]  # type: ignore[misc]
 
 
-def _submit(task: Callable[[int, int], Result], start: int, stop: int) -> Future[Result] | None:
-    """None where the pool takes no work: another thread has just replaced it, or the interpreter is closing."""
+# An interrupt may come between any two steps of the interpreter. What a thread could wait for therefore consists of
+# primitives written in C: threading.Event, Condition and the pool of concurrent.futures can be left locked for ever.
+
+
+class _Share(Generic[Result]):
+    """A part of the range. It runs once, by whoever claims it first: a worker or the caller."""
+
+    def __init__(self, task: Callable[[int, int], Result], start: int, stop: int) -> None:
+        self.task, self.range = task, (start, stop)
+        self.result: Result | None = None
+        self.error: BaseException | None = None
+        self._owner: dict[str, object] = {}
+        self._running = _thread.allocate_lock()
+        self._running.acquire()
+
+    def claim(self, who: object) -> bool:
+        """Whether it belongs to them, by this claim or an earlier one."""
+        return self._owner.setdefault("", who) is who
+
+    def work(self) -> None:
+        """What a worker does with it."""
+        if self.claim(object()):
+            try:
+                self.result = self.task(*self.range)
+            except BaseException as error:
+                self.error = error
+            self._running.release()
+
+    def wait(self) -> None:
+        """Until the worker that has claimed it is done."""
+        with self._running:
+            pass
+
+
+class _Pool:
+    """Daemon threads that take shares from a queue."""
+
+    def __init__(self, size: int) -> None:
+        self._size, self._missing = size, size
+        self._queue: SimpleQueue[_Share[Any] | None] = SimpleQueue()
+
+    def offer(self, share: _Share[Any]) -> None:
+        with contextlib.suppress(RuntimeError):  # out of threads, or the interpreter is closing: the caller does it all
+            while self._missing:
+                _thread.start_new_thread(self._work, ())
+                self._missing -= 1
+        self._queue.put(share)
+
+    def _work(self) -> None:
+        while (share := self._queue.get()) is not None:
+            share.work()
+            del share  # and with it the arrays
+
+    def close(self) -> None:
+        """Lets the threads go when the queue is done."""
+        for _ in range(self._size):
+            self._queue.put(None)
+
+
+def _offer(share: _Share[Any]) -> None:
     global _pool
     with _lock:
         if _pool is None:
-            _pool = ThreadPoolExecutor(max(1, get_num_threads() - 1), thread_name_prefix="collide")
-        pool = _pool
-    with contextlib.suppress(RuntimeError):
-        return pool.submit(task, start, stop)
-    return None
+            _pool = _Pool(max(1, get_num_threads() - 1))
+        _pool.offer(share)
 
 
 def _default_num_threads() -> int:
     text = os.environ.get("COLLIDE_NUM_THREADS")
-    if text is not None:
+    if text:
         if not (text.isascii() and text.isdigit() and int(text) >= 1):
             raise ValueError(f"COLLIDE_NUM_THREADS = {text!r}: must be an integer of at least 1")
         return int(text)

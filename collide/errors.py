@@ -44,4 +44,4 @@ def reason(pair: Mapping[str, float]) -> str:
         return "nx = ny = 0: the normal must have a length"
     if pair["m1"] == pair["m2"] == math.inf:
         return "m1 = m2 = inf: two immovable balls cannot collide"
-    return "the velocities after the collision are too large for the dtype of the result"
+    return "the velocities after the collision, or a step on the way to them, are too large for the dtype of the result"

@@ -12,7 +12,9 @@ Momentum and the definition of e give, along the line of centres,
     u1 = v1 - (1+e) m2/(m1+m2) (v1-v2)        u2 = v2 + (1+e) m1/(m1+m2) (v1-v2)
 
 which at e = 1 is the textbook's u1 = (2 m2 v2 + (m1-m2) v1)/(m1+m2); across it nothing changes. m = inf is an immovable
-ball, m = 0 a test particle. Nothing is checked here: an invalid pair gives unspecified values.
+ball, m = 0 a test particle. The arithmetic is float64, whatever the arguments. Nothing is checked here: an invalid pair
+gives unspecified values. Numba's rule for a kernel of yours with `cache=True`: it does not see that these formulas have
+changed; clear its cache after an upgrade.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ import math
 from typing import Any
 
 from ._jit import formula
-from ._lanes import any_lane, inverse_power_of_two, is_extreme, select
+from ._lanes import any_lane, as_float64, inverse_power_of_two, is_extreme, select
 from ._sincos import sincos
 
 __all__ = ["resolve_1d", "resolve_2d", "resolve_polar"]
@@ -34,10 +36,11 @@ def resolve_1d(m1: Any, m2: Any, v1: Any, v2: Any, restitution: Any = 1.0) -> tu
     m1, m2: masses; v1, v2: velocities, ball 1 on the left; restitution: e. Numbers, in any consistent set of units.
 
     >>> collide.scalar.resolve_1d(0.5, 3.5, 4.0, 0.0)
-    (-3.0, 1.0)
+    (np.float64(-3.0), np.float64(1.0))
     """
+    m1, m2, v1, v2 = as_float64(m1), as_float64(m2), as_float64(v1), as_float64(v2)
     w1, w2 = shares(m1, m2, 1.0)
-    q = (1.0 + restitution) * (v1 - v2)
+    q = (1.0 + as_float64(restitution)) * (v1 - v2)
     return v1 - w1 * q, v2 + w2 * q
 
 
@@ -58,7 +61,7 @@ def resolve_2d(
     >>> bounce(2.0, 0.0)
     -2.0
     """
-    nx, ny, square = normal(nx, ny)
+    nx, ny, square = normal(as_float64(nx), as_float64(ny))
     return exchange(m1, m2, v1x, v1y, v2x, v2y, nx, ny, square, restitution)
 
 
@@ -85,8 +88,9 @@ def exchange(
     m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, square: Any, restitution: Any
 ) -> tuple[Any, Any, Any, Any]:
     """u = v -+ (1+e) (the other's share of the mass) ((v1-v2).n / n.n) n, given n.n."""
-    w1, w2 = shares(m1, m2, square)
-    q = (1.0 + restitution) * closing_2d(v1x, v1y, v2x, v2y, nx, ny)
+    v1x, v1y, v2x, v2y = as_float64(v1x), as_float64(v1y), as_float64(v2x), as_float64(v2y)
+    w1, w2 = shares(as_float64(m1), as_float64(m2), square)
+    q = (1.0 + as_float64(restitution)) * closing_2d(v1x, v1y, v2x, v2y, nx, ny)
     j1, j2 = w1 * q, w2 * q
     return v1x - j1 * nx, v1y - j1 * ny, v2x + j2 * nx, v2y + j2 * ny
 
@@ -97,9 +101,9 @@ def closing_2d(v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any) -> Any:
     return (v1x - v2x) * nx + (v1y - v2y) * ny
 
 
-# Masses and normals may have any size, and only their ratios matter. Those whose products could overflow or underflow
-# are first brought near 1 by a power of two, which is exact; the others are left alone, element by element, so that a
-# pair's bits do not depend on its neighbours.
+# Masses and normals may have any size, and only their ratios matter: where their products could overflow or underflow
+# they are first brought near 1 by a power of two, which is exact. Element by element: a pair's bits do not depend on
+# its neighbours.
 
 
 @formula
@@ -107,9 +111,10 @@ def shares(m1: Any, m2: Any, square: Any) -> tuple[Any, Any]:
     """m2/((m1+m2) square) and m1/((m1+m2) square)."""
     extreme = is_extreme(m1 + m2)
     if any_lane(extreme):
-        # Infinite and finite are as 1 and 0. Both infinite: 0 and 0, whose NaN marks the pair as invalid.
+        # Infinite and finite are as 1 and 0; NaN stays NaN, and two infinite masses give 0/0.
         wall1, wall2 = m1 == math.inf, m2 == math.inf
-        m1, m2 = select(wall2, 0.0, select(wall1, 1.0, m1)), select(wall1, 0.0, select(wall2, 1.0, m2))
+        none1, none2 = select(m1 >= 0.0, 0.0, m1), select(m2 >= 0.0, 0.0, m2)
+        m1, m2 = select(wall2, none1, select(wall1, 1.0, m1)), select(wall1, none2, select(wall2, 1.0, m2))
         scale = select(extreme, inverse_power_of_two(0.25 * m1 + 0.25 * m2), 1.0)
         m1, m2 = scale * m1, scale * m2
     total = (m1 + m2) * square
@@ -119,18 +124,14 @@ def shares(m1: Any, m2: Any, square: Any) -> tuple[Any, Any]:
 
 @formula
 def normal(nx: Any, ny: Any) -> tuple[Any, Any, Any]:
-    """(nx, ny) at a length that can be squared, and its square."""
-    square = nx * nx + ny * ny
-    extreme = is_extreme(square)
-    if any_lane(extreme):
-        scale = select(extreme, inverse_power_of_two(0.25 * abs(nx) + 0.25 * abs(ny)), 1.0)
-        nx, ny = scale * nx, scale * ny
-        square = nx * nx + ny * ny
-    return nx, ny, square
+    """(nx, ny) at a length between 1 and 4, and its square."""
+    scale = inverse_power_of_two(0.25 * abs(nx) + 0.25 * abs(ny))
+    nx, ny = scale * nx, scale * ny
+    return nx, ny, nx * nx + ny * ny
 
 
 @formula
 def from_polar(v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
     """v1x, v1y, v2x, v2y, nx, ny."""
-    (s1, c1), (s2, c2), (s, c) = sincos(theta1, theta2, phi)
+    (s1, c1), (s2, c2), (s, c) = sincos(as_float64(theta1), as_float64(theta2), as_float64(phi))
     return v1 * c1, v1 * s1, v2 * c2, v2 * s2, c, s

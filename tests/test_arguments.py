@@ -218,7 +218,8 @@ WRONG = [
     (dict(m2=np.array(["2020"], "M8[Y]")), TypeError, "m2: the dtype datetime64"),
     (dict(v1=np.ma.masked_array(ONE, [0, 1, 0])), TypeError, "v1: masked arrays"),
     (dict(v1=[[1, 2], [3]]), TypeError, "v1 = "),
-    (dict(v1=10**400), TypeError, "v1: the dtype object"),
+    (dict(v1=[np.ma.masked_array([1.0, 2.0], [0, 1])]), TypeError, "v1: masked arrays"),
+    (dict(v1=10**400), TypeError, "v1: an integer of 1329 bits is too large"),
     (dict(restitution="x"), TypeError, "restitution: the dtype"),
     (dict(v1=np.ones(4)), ValueError, r"do not broadcast together: m1 (3,), m2 (3,), v1 (4,)"),
     (dict(invalid="ignore"), ValueError, "invalid = 'ignore': must be one of 'raise', 'keep', 'nan'"),
@@ -250,3 +251,50 @@ def test_missing_and_surplus_arguments(name):
         getattr(collide, name)(1.0)
     with pytest.raises(TypeError, match="positional"):
         getattr(collide, name)(*[1.0] * 10)
+
+
+def test_a_message_stays_short_whatever_the_value():
+    with pytest.raises(TypeError) as info:
+        collide.resolve_1d([[1, 2], [3]] * 100_000, 1, 1, 1)
+    assert len(str(info.value)) < 400
+
+
+@pytest.mark.parametrize("n", [3, LARGE])
+def test_byte_order_is_not_taken_for_native(n):
+    """Numba's look at an array leaves the byte order out, once it has seen a native one with the same flags."""
+    v = np.arange(1.0, n + 1)
+    for writeable in (True, False):
+        native, swapped = v.copy(), v.astype(">f8")
+        native.flags.writeable = swapped.flags.writeable = writeable
+        for _ in range(3):
+            np.testing.assert_array_equal(collide.resolve_1d(1.0, 1.0, native, 0.0).u2, v)
+            np.testing.assert_array_equal(collide.resolve_1d(1.0, 1.0, swapped, 0.0).u2, v)
+
+
+@pytest.mark.parametrize("n", [3, LARGE])
+def test_a_signalling_nan_warns_nobody(n):
+    v = np.ones(n, np.float32)
+    v.view(np.uint32)[1] = 0x7F800001
+    with np.errstate(all="raise"):
+        u = collide.resolve_1d(1.0, 1.0, v, np.zeros(n), invalid="nan").u2
+    assert np.isnan(u[1])
+    assert u[2] == 1
+
+
+def test_integers_of_any_size_are_floats():
+    for shape in ((3,), (1, 3), (5000,)):
+        np.testing.assert_array_equal(collide.resolve_1d(2**70, 1, np.ones(shape), 0).u1, np.full(shape, 1.0))
+
+
+@pytest.mark.parametrize("shape", [(2, 20_000), (20_000, 2), (30, 40, 50), (1, 9000, 3), (9001,)])
+def test_blocks_of_every_shape(shape):
+    rng = np.random.default_rng(4)
+    c = [np.asfortranarray(rng.uniform(0.1, 5, shape)) for _ in range(7)] + [rng.uniform(0.1, 5, shape[-1:])]
+    check(collide.resolve_2d(*c), reference(*c))
+    out = tuple(np.empty(shape[::-1]).T for _ in range(4))
+    check(collide.resolve_2d(*c, out=out), reference(*c))
+    c[0][tuple(n - 1 for n in shape)] = c[0][tuple(n // 2 for n in shape)] = -1
+    with pytest.raises(collide.InvalidPairError) as info:
+        collide.resolve_2d(*c)
+    assert info.value.index == tuple(n // 2 for n in shape)
+    assert info.value.count == 2

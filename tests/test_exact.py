@@ -86,6 +86,15 @@ def test_masses_and_normals_beyond_the_contract():
                 assert row_error("resolve_2d", row, got) <= BOUND["resolve_2d"], row
 
 
+@pytest.mark.parametrize("length", [1e-300, 1e-200, 1e-100, 1e-59, 1.0, 1e59, 1e100, 1e200, 1e300])
+@pytest.mark.parametrize("speed", [1e-290, 1e-200, 1e150, 1e290])
+def test_neither_speed_nor_length_depends_on_the_other(length, speed):
+    for m2 in (1.0, 1e-300):
+        row = [1.0, m2, 0.3 * speed, 0.1 * speed, speed, 0.0, length, 0.7 * length, 0.5]
+        got = collide.resolve_2d(*row[:-1], restitution=0.5)
+        assert row_error("resolve_2d", row, got) <= BOUND["resolve_2d"]
+
+
 def test_equal_masses_exchange_their_velocities_exactly():
     v = np.arange(1.0, 1000.0)
     u1, u2 = collide.resolve_1d(v / 7, v / 7, v, -3.0)

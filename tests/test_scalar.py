@@ -54,6 +54,19 @@ def test_integers_and_float32_in_compiled_code():
     assert u1 == collide.resolve_1d(float(m), 3.0, float(v), 0.0).u1
 
 
+def test_integers_do_not_wrap_and_float32_does_not_round_on_the_way():
+    @numba.njit
+    def call(m1, m2, v1x, v1y, v2x, v2y, nx, ny):
+        return scalar.resolve_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny)
+
+    for function in (call, scalar.resolve_2d):
+        np.testing.assert_allclose(function(1, 1, 1, 0, 0, 0, 10**10, 0), (0, 0, 1, 0), atol=1e-15)
+        one, two = np.uint64(1), np.uint64(2)
+        np.testing.assert_allclose(function(one, one, one, 0, two, 0, np.int8(100), 0), (2, 0, 1, 0), atol=1e-15)
+        pair = [np.float32(x) for x in (1, 3, 0.1, 0.7, 0.3, 0.4, 0.6, 0.9)]
+        np.testing.assert_array_equal(function(*pair), collide.resolve_2d(*(float(x) for x in pair)))
+
+
 def test_a_plain_tuple_comes_back():
     @numba.njit
     def sum_of_four(*pair):

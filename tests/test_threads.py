@@ -1,0 +1,466 @@
+"""A batch may be run on any number of threads, from any thread, and at any time of a process's life."""
+
+import functools
+import os
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import collide
+from collide import _threads
+
+pytestmark = pytest.mark.usefixtures("keep_threads")
+
+SIZE = 300_000  # enough for more than seven threads
+PARALLEL = 3 * _threads._PAIRS_A_THREAD  # the least that three threads share
+
+
+@functools.cache
+def batch(form, n=SIZE):
+    """The batch function and its arguments; read-only, as several tests share them."""
+    rng = np.random.default_rng(0)
+    function, columns = {
+        "1d": (collide.resolve_1d, 4),
+        "cartesian": (collide.resolve_2d, 8),
+        "polar": (collide.resolve_polar, 7),
+    }[form]
+    arguments = [rng.uniform(0.5, 2.0, n) for _ in range(columns)]
+    for argument in arguments:
+        argument.flags.writeable = False
+    return function, arguments
+
+
+def same(a, b):
+    return all(x.tobytes() == y.tobytes() for x, y in zip(a, b, strict=True))
+
+
+def python(code, *arguments, threads=None, timeout=60):
+    """A process that finds the package where these tests found it; COLLIDE_NUM_THREADS is `threads`."""
+    environment = {**os.environ, "PYTHONPATH": str(Path(collide.__file__).parents[1])}
+    environment.pop("COLLIDE_NUM_THREADS", None)
+    if threads is not None:
+        environment["COLLIDE_NUM_THREADS"] = threads
+    return subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        check=False,
+    )
+
+
+# The subprocesses' own batch: two threads, and ball 1 rebounds from a heavier one at rest.
+BATCH = """
+import numpy as np
+import collide
+
+collide.set_num_threads(2)
+n = 400_000
+m1, m2, v1, v2 = np.full(n, 1.0), np.full(n, 3.0), np.full(n, 4.0), np.zeros(n)
+
+def right():
+    u = collide.resolve_1d(m1, m2, v1, v2)
+    return bool((u.u1 == -2.0).all() and (u.u2 == 2.0).all())
+"""
+
+
+# The number of threads
+
+
+@pytest.mark.parametrize("n", [1, 2, 1000, np.int8(3), np.uint64(4)])
+def test_number_of_threads_is_what_was_set(n):
+    collide.set_num_threads(n)
+    assert collide.get_num_threads() == n
+    assert type(collide.get_num_threads()) is int
+
+
+@pytest.mark.parametrize("n", [2.0, "2", None, True, np.True_, np.float64(2.0), [2]])
+def test_number_of_threads_must_be_an_integer(n):
+    before = collide.get_num_threads()
+    with pytest.raises(TypeError, match="the number of threads must be an integer"):
+        collide.set_num_threads(n)
+    assert collide.get_num_threads() == before
+
+
+@pytest.mark.parametrize("n", [0, -1, np.int64(-5)])
+def test_number_of_threads_must_be_positive(n):
+    before = collide.get_num_threads()
+    with pytest.raises(ValueError, match=f"n = {n}: the number of threads must be at least 1"):
+        collide.set_num_threads(n)
+    assert collide.get_num_threads() == before
+
+
+SHOW = "import collide; print(collide.get_num_threads())"
+
+
+@pytest.mark.parametrize("threads", ["1", "7", "064"])
+def test_environment_variable_sets_the_number_of_threads(threads):
+    done = python(SHOW, threads=threads)
+    assert done.stdout == f"{int(threads)}\n", done.stderr
+
+
+@pytest.mark.parametrize("threads", ["0", "-1", "2.5", "two", "²", "1_0"])
+def test_environment_variable_is_checked(threads):
+    done = python(SHOW, threads=threads)
+    assert done.returncode == 1
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith("ValueError: ")
+    assert "COLLIDE_NUM_THREADS" in last
+    assert repr(threads) in last
+
+
+def test_wrong_environment_variable_stops_a_batch_and_not_the_import():
+    code = "import numpy as np, collide; print('imported'); a = np.ones(100_000); collide.resolve_1d(a, a, a, a)"
+    done = python(code, threads="many")
+    assert (done.returncode, done.stdout) == (1, "imported\n")
+    assert "COLLIDE_NUM_THREADS = 'many'" in done.stderr.splitlines()[-1]
+
+
+def test_setting_the_number_overrules_the_environment_variable():
+    done = python("import collide; collide.set_num_threads(3); print(collide.get_num_threads())", threads="many")
+    assert done.stdout == "3\n", done.stderr
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="no affinity masks here")
+def test_default_number_of_threads_keeps_to_the_affinity_mask():
+    code = f"import os; os.sched_setaffinity(0, [min(os.sched_getaffinity(0))]); {SHOW}"
+    assert python(code).stdout == "1\n"
+
+
+@pytest.mark.parametrize(
+    ("files", "quota"),
+    [
+        ({}, None),
+        ({"cpu.max": "max 100000\n"}, None),
+        ({"cpu.max": "100000 100000\n"}, 1),
+        ({"cpu.max": "250000 100000\n"}, 3),
+        ({"cpu.max": "1000 100000\n"}, 1),
+        ({"cpu/cpu.cfs_quota_us": "-1\n", "cpu/cpu.cfs_period_us": "100000\n"}, None),
+        ({"cpu/cpu.cfs_quota_us": "150000\n", "cpu/cpu.cfs_period_us": "100000\n"}, 2),
+    ],
+)
+def test_default_number_of_threads_keeps_to_the_quota(files, quota, tmp_path, monkeypatch):
+    for name, text in files.items():
+        path = tmp_path / "sys/fs/cgroup" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    monkeypatch.setattr(_threads, "Path", lambda name: tmp_path / name.lstrip("/"))
+    monkeypatch.setattr(os, "sched_getaffinity", lambda pid: range(64), raising=False)
+    monkeypatch.delenv("COLLIDE_NUM_THREADS", raising=False)
+    assert _threads._default_num_threads() == (64 if quota is None else quota)
+
+
+# Results
+
+
+# The larger batch is one whose outputs stream past the caches.
+@pytest.mark.parametrize(("form", "n"), [("1d", SIZE), ("cartesian", SIZE), ("polar", SIZE), ("1d", 1_100_003)])
+def test_bits_do_not_depend_on_the_number_of_threads(form, n):
+    function, arguments = batch(form, n)
+    collide.set_num_threads(1)
+    alone = function(*arguments)
+    for threads in (2, 3, 7):
+        collide.set_num_threads(threads)
+        assert same(function(*arguments), alone), threads
+
+
+def test_first_invalid_pair_and_their_count_do_not_depend_on_the_number_of_threads():
+    function, (m1, m2, v1, v2) = batch("1d")
+    v1 = v1.copy()
+    bad = [SIZE // 3, SIZE // 2, SIZE - 1]
+    v1[bad] = np.nan
+    for threads in (1, 2, 7):
+        collide.set_num_threads(threads)
+        with pytest.raises(collide.InvalidPairError) as caught:
+            function(m1, m2, v1, v2)
+        assert (caught.value.index, caught.value.count) == ((bad[0],), 3)
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3, 7])
+@pytest.mark.parametrize("n", [0, 1, PARALLEL - 1, PARALLEL, PARALLEL + 1, SIZE])
+def test_shares_make_up_the_range(threads, n):
+    collide.set_num_threads(threads)
+    shares = _threads.run(lambda start, stop: (start, stop), n)
+    assert len(shares) <= threads
+    assert [start for start, _ in shares] == [0, *(stop for _, stop in shares[:-1])]
+    assert shares[-1][1] == n
+
+
+def test_large_batch_runs_on_several_threads():
+    collide.set_num_threads(3)
+    together = threading.Barrier(3)
+    _threads.run(lambda start, stop: together.wait(timeout=30), PARALLEL)
+
+
+# Callers
+
+
+def test_many_threads_may_call_while_the_number_changes():
+    function, arguments = batch("1d")
+    expected = function(*arguments)
+    stop = threading.Event()
+
+    def change():
+        while not stop.is_set():
+            for n in (1, 2, 5):
+                collide.set_num_threads(n)
+                time.sleep(0.001)
+
+    def call(_):
+        return all(same(function(*arguments), expected) for _ in range(15))
+
+    changing = threading.Thread(target=change)
+    changing.start()
+    try:
+        with ThreadPoolExecutor(8) as callers:
+            assert list(callers.map(call, range(8))) == [True] * 8
+    finally:
+        stop.set()
+        changing.join()
+
+
+def test_threads_may_compile_at_once():
+    code = f"""{BATCH}
+import threading
+gate, answers = threading.Barrier(4), []
+
+def call():
+    gate.wait()
+    answers.append(right())
+
+callers = [threading.Thread(target=call) for _ in range(4)]
+for caller in callers:
+    caller.start()
+for caller in callers:
+    caller.join()
+print(answers)
+"""
+    assert python(code).stdout == "[True, True, True, True]\n"
+
+
+def test_daemon_thread_may_call():
+    function, arguments = batch("cartesian")
+    collide.set_num_threads(2)
+    expected, got = function(*arguments), []
+    caller = threading.Thread(target=lambda: got.append(function(*arguments)), daemon=True)
+    caller.start()
+    caller.join(timeout=60)
+    assert same(got[0], expected)
+
+
+def test_share_may_call_in_its_turn():
+    """With one worker, busy with the outer share, the inner call must not wait for it."""
+    code = f"from collide import _threads\n{BATCH}\nprint(_threads.run(lambda start, stop: right(), n))"
+    assert python(code).stdout == "[True, True]\n"
+
+
+def test_busy_pool_is_not_waited_for():
+    collide.set_num_threads(2)
+    begun, release = threading.Event(), threading.Event()
+
+    def hold(start, stop):
+        if start:
+            begun.set()
+        assert release.wait(timeout=30)
+
+    holder = threading.Thread(target=_threads.run, args=(hold, PARALLEL))
+    holder.start()
+    try:
+        assert begun.wait(timeout=30)
+        assert _threads.run(lambda start, stop: (start, stop), PARALLEL)[-1][1] == PARALLEL
+        assert holder.is_alive()
+    finally:
+        release.set()
+        holder.join()
+
+
+# Failures
+
+
+@pytest.mark.parametrize("failing", [0, 1, 2])
+def test_error_in_a_share_reaches_the_caller_after_all_have_ended(failing):
+    collide.set_num_threads(3)
+    together, begun, ended = threading.Barrier(3), [], []
+
+    def task(start, stop):
+        begun.append(start)
+        together.wait(timeout=30)
+        if stop * 3 // PARALLEL == failing + 1:
+            raise RuntimeError(f"share {failing}")
+        time.sleep(0.2)
+        ended.append(start)
+
+    with pytest.raises(RuntimeError, match=f"share {failing}"):
+        _threads.run(task, PARALLEL)
+    assert (len(begun), len(ended)) == (3, 2)
+    time.sleep(0.3)
+    assert (len(begun), len(ended)) == (3, 2)
+
+
+def test_every_share_runs_once_where_no_more_threads_can_start(monkeypatch):
+    """Else an in-place call resolves some pairs twice."""
+    collide.set_num_threads(3)
+    start_thread, started, ran = threading.Thread.start, [], []
+
+    def start_one(thread):
+        if started:
+            raise RuntimeError("can't start new thread")
+        started.append(thread)
+        start_thread(thread)
+
+    def task(start, stop):
+        ran.append(start)
+        time.sleep(0.2)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(threading.Thread, "start", start_one)
+        _threads.run(task, PARALLEL)
+    time.sleep(0.3)  # for what was left behind
+    assert len(ran) == len(set(ran)) == 3
+
+
+# Ends itself, and says where it was, if a call should never return.
+WATCHED = "import faulthandler; faulthandler.dump_traceback_later(30, exit=True)\n"
+
+
+def test_interrupts_leave_the_library_usable_and_the_arrays_alone():
+    """An interrupt can come between any two steps of handing out the shares, so many are needed to hit them all."""
+    code = f"""{WATCHED}{BATCH}
+import random, signal, time
+
+def interrupt(*_):
+    raise KeyboardInterrupt
+
+signal.signal(signal.SIGALRM, interrupt)
+collide.set_num_threads(4)
+n = 1 << 16
+a = [x[:n] for x in (m1, m2, v1, v2)]
+out = np.zeros(n), np.zeros(n)
+assert right()
+random.seed(0)
+hits = late = 0
+for _ in range(1500):
+    try:
+        try:
+            signal.setitimer(signal.ITIMER_REAL, random.uniform(1e-4, 1e-3))
+            while True:
+                for u in out:
+                    u.fill(0.0)
+                collide.resolve_1d(*a, out=out)
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+    except KeyboardInterrupt:
+        hits += 1
+        at_once = [u.copy() for u in out]
+        time.sleep(0.0005)
+        late += any((u != before).any() for u, before in zip(out, at_once, strict=True))
+print(hits > 1000, late, right())
+"""
+    done = python(code)
+    assert (done.returncode, done.stdout) == (0, "True 0 True\n"), done.stderr
+
+
+# Forks and the end of the interpreter
+
+# A child that is stuck is killed by its own alarm; status 0 is a right answer.
+FORK = """
+import os, signal, sys
+
+def child():
+    pid = os.fork()
+    if pid == 0:
+        signal.alarm(20)
+        os._exit(0 if right() else 1)
+    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+"""
+
+needs_fork = pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+
+
+@needs_fork
+def test_forked_child_may_call():
+    done = python(f"{BATCH}{FORK}print(right(), child(), right(), child())")
+    assert done.stdout == "True 0 True 0\n", done.stderr
+
+
+@needs_fork
+def test_forked_child_has_threads_of_its_own():
+    code = f"""{BATCH}{FORK}
+import threading
+from collide import _threads
+
+def right():
+    together = threading.Barrier(2)
+    return len(_threads.run(lambda start, stop: together.wait(timeout=10), n)) == 2
+
+print(right(), child())
+"""
+    done = python(code)
+    assert done.stdout == "True 0\n", done.stderr
+
+
+@needs_fork
+def test_process_may_fork_while_another_thread_calls():
+    code = f"""{BATCH}{FORK}
+import threading
+right()
+stop = threading.Event()
+
+def call():
+    while not stop.is_set():
+        right()
+
+caller = threading.Thread(target=call)
+caller.start()
+print([child() for _ in range(10)])
+stop.set()
+caller.join()
+"""
+    done = python(code)
+    assert done.stdout == f"{[0] * 10}\n", done.stderr
+
+
+@needs_fork
+def test_process_may_fork_while_another_thread_compiles(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    code = f"""{BATCH}{FORK}
+import threading, time
+compiling = threading.Thread(target=right)
+compiling.start()
+time.sleep(0.2)
+assert compiling.is_alive()
+print(child())
+compiling.join()
+"""
+    done = python(code)
+    assert done.stdout == "0\n", done.stderr
+
+
+@pytest.mark.parametrize("used", [True, False], ids=["used before", "first use"])
+def test_call_at_interpreter_exit(used):
+    done = python(f"{BATCH}import atexit; atexit.register(lambda: print(right())); {used} and right()")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "True\n", "")
+
+
+def test_calling_daemon_thread_does_not_disturb_the_exit():
+    code = f"""{BATCH}
+import threading, time
+
+def call():
+    while True:
+        right()
+
+right()
+threading.Thread(target=call, daemon=True).start()
+time.sleep(0.2)
+print("end")
+"""
+    done = python(code)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "end\n", "")
