@@ -41,6 +41,15 @@ def prange_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny, u1x, u1y, u2x, u2y):
 
 
 @numba.njit(**OPTIONS)
+def prange_same_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny, u1x, u1y, u2x, u2y):
+    """The library's own formula, with its guards over the whole floating-point range and its restitution."""
+    for k in numba.prange(m1.size):
+        u1x[k], u1y[k], u2x[k], u2y[k] = collide.scalar.resolve_2d(
+            m1[k], m2[k], v1x[k], v1y[k], v2x[k], v2y[k], nx[k], ny[k]
+        )
+
+
+@numba.njit(**OPTIONS)
 def prange_polar(m1, m2, v1, theta1, v2, theta2, phi, u1x, u1y, u2x, u2y):
     for k in numba.prange(m1.size):
         c, s = np.cos(phi[k]), np.sin(phi[k])
@@ -82,7 +91,8 @@ def large_cartesian(n, rounds):
             "bytes only": lambda: resolve(CARTESIAN_LIMIT, (*cartesian, 1.0), False, "raise", out),
             "collide": lambda: collide.resolve_2d(*cartesian, out=out),
             "collide, scalar masses": lambda: collide.resolve_2d(1.0, 2.0, *cartesian[2:], out=out),
-            "Numba prange": lambda: prange_2d(*cartesian, *out),
+            "Numba prange, plain formula": lambda: prange_2d(*cartesian, *out),
+            "Numba prange, collide.scalar": lambda: prange_same_2d(*cartesian, *out),
             "NumPy": lambda: numpy_2d(*cartesian),
         },
         rounds,
@@ -133,7 +143,8 @@ def small(rounds):
         result = medians(
             {
                 "collide": lambda cartesian=cartesian, out=out: collide.resolve_2d(*cartesian, out=out),
-                "Numba prange": lambda cartesian=cartesian, out=out: prange_2d(*cartesian, *out),
+                "Numba prange, plain formula": lambda cartesian=cartesian, out=out: prange_2d(*cartesian, *out),
+                "Numba prange, collide.scalar": lambda cartesian=cartesian, out=out: prange_same_2d(*cartesian, *out),
                 "NumPy": lambda cartesian=cartesian: numpy_2d(*cartesian),
             },
             rounds,

@@ -89,6 +89,8 @@ def resolve(source: Path, target: Path, invalid: str, approaching_only: bool) ->
         real_target = target.resolve()  # of a link, what it points to
     except (OSError, RuntimeError) as error:
         raise UsageError(f"{target}: {error}") from None
+    if real_target.is_symlink():
+        raise UsageError(f"{target}: a link that leads to itself")
     if target.exists() and (not target.is_file() or source.samefile(target)):
         raise UsageError(f"{target}: is {'the input' if target.is_file() else 'not a file'}")
     if not real_target.parent.is_dir():

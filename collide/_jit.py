@@ -31,8 +31,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 # fastmath stays off, said aloud because a callee inherits what it leaves open from its caller: contraction alone would
 # end the bit equality with NumPy, and gains nothing at memory speed (test_reproducible.py holds the bits).
 _OPTIONS = {"error_model": "numpy", "boundscheck": False, "fastmath": False}
-_INLINE = {**_OPTIONS, "forceinline": True}
-_OUT_OF_LINE = {**_OPTIONS, "forceinline": False}
+# Without _nrt the arrays that a function is given are counted up and down at every step of a loop.
+_INLINE = {**_OPTIONS, "forceinline": True, "_nrt": False}
+_OUT_OF_LINE = {**_OPTIONS, "forceinline": False, "_nrt": False}
 
 
 def formula(function: Function) -> Function:

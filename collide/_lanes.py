@@ -126,7 +126,8 @@ def _unary(op: Any, emit: Any, takes: type[types.Type]) -> None:
 def _call(builder: Any, name: str, *args: Any) -> Any:
     """An LLVM intrinsic that gives its first argument's type. llvmlite's own look-up knows no vector types."""
     kind = args[0].type
-    suffix = f"v{kind.count}f64" if isinstance(kind, ir.VectorType) else "f64"
+    element = kind.element if isinstance(kind, ir.VectorType) else kind
+    suffix = f"{f'v{kind.count}' if kind != element else ''}{'f64' if element == _F64 else 'f32'}"
     function = ir.FunctionType(kind, [a.type for a in args])
     return builder.call(cgutils.get_or_insert_function(builder.module, function, f"llvm.{name}.{suffix}"), args)
 
@@ -266,38 +267,47 @@ def fill(typingctx: Any, like: Any, x: Any) -> Any:
     return like(like, types.float64), codegen
 
 
+# Whether results are finite is asked of them as they will be stored: rounded to float32 where `dtype` is that.
+
+
+def _stored(builder: Any, values: Any, dtype: Any) -> list[Any]:
+    values = cgutils.unpack_tuple(builder, values)
+    if dtype == types.float64:
+        return values  # type: ignore[no-any-return]
+    return [builder.fptrunc(v, ir.VectorType(ir.FloatType(), v.type.count)) for v in values]
+
+
 @intrinsic
-def all_finite(typingctx: Any, values: Any) -> Any:
-    """Lane by lane, whether every value of the tuple is finite."""
+def all_finite(typingctx: Any, values: Any, outputs: Any) -> Any:
+    """Lane by lane, whether every value of the tuple is finite in the outputs."""
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        finite = [
-            b.fcmp_ordered("<", _call(b, "fabs", v), _constant(v.type, float("inf")))
-            for v in cgutils.unpack_tuple(b, args[0])
-        ]
-        return functools.reduce(b.and_, finite)
+        stored = _stored(b, args[0], outputs.dtype.dtype)
+        infinity = _constant(stored[0].type, float("inf"))
+        return functools.reduce(b.and_, (b.fcmp_ordered("<", _call(b, "fabs", v), infinity) for v in stored))
 
-    return Mask(values.dtype.width)(values), codegen
+    return Mask(values.dtype.width)(values, outputs), codegen
 
 
 @intrinsic
-def doubt(typingctx: Any, values: Any, signs: Any) -> Any:
-    """Lane by lane, whether a value may not be finite, or a sign bit stands among the signs.
+def doubt(typingctx: Any, values: Any, outputs: Any, signs: Any) -> Any:
+    """Lane by lane, whether a value may not be finite in the outputs, or a sign bit stands among the signs.
 
     The quick look before the exact one: the values' sum under the signs' union, one integer comparison. Four
     comparisons a step in its place cost a tenth of the speed in cache.
     """
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        integer = _vector(values.dtype, _I64)
-        terms = cgutils.unpack_tuple(b, args[0])
+        wide, integer = _vector(values.dtype), _vector(values.dtype, _I64)
+        terms = _stored(b, args[0], outputs.dtype.dtype)
         while len(terms) > 1:  # pairwise: the shorter chain
             terms = [*map(b.fadd, terms[::2], terms[1::2]), *terms[len(terms) & ~1 :]]
-        union = functools.reduce(b.or_, (b.bitcast(s, integer) for s in cgutils.unpack_tuple(b, args[1])))
-        both = b.bitcast(_call(b, "copysign", terms[0], b.bitcast(union, _vector(values.dtype))), integer)
+        total = terms[0] if terms[0].type == wide else b.fpext(terms[0], wide)
+        union = functools.reduce(b.or_, (b.bitcast(s, integer) for s in cgutils.unpack_tuple(b, args[2])))
+        both = b.bitcast(_call(b, "copysign", total, b.bitcast(union, wide)), integer)
         return b.icmp_unsigned(">=", both, _constant(integer, _INFINITY))
 
-    return Mask(values.dtype.width)(values, signs), codegen
+    return Mask(values.dtype.width)(values, outputs, signs), codegen
 
 
 # The bits of a float64, for lanes and scalars alike.

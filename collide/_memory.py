@@ -92,20 +92,6 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any) -> Any:
 
 
 @intrinsic
-def rounded(typingctx: Any, values: Any, outputs: Any) -> Any:
-    """The values as the outputs will hold them: float32 rounds once, here, and what is too large becomes inf."""
-    narrow = ir.VectorType(ir.FloatType(), values.dtype.width)
-
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        if outputs.dtype.dtype == types.float64:
-            return args[0]
-        each = [b.fpext(b.fptrunc(v, narrow), v.type) for v in cgutils.unpack_tuple(b, args[0])]
-        return context.make_tuple(b, sig.return_type, each)
-
-    return values(values, outputs), codegen
-
-
-@intrinsic
 def store(typingctx: Any, outputs: Any, k: Any, n: Any, values: Any, streaming: Any) -> Any:
     """The values of pairs k to k+n into the outputs. A full, aligned line may stream past the caches."""
     dtype = outputs.dtype.dtype

@@ -19,10 +19,15 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, Generic, TypeVar
 
+import numpy as np
+
 Result = TypeVar("Result")
 
-# Fewer pairs than this a thread are not worth the 30 to 80 us that a thread costs.
-_PAIRS_A_THREAD = 1 << 14
+# To wake a thread takes some 60 us on a virtual machine. A batch is therefore cut into more shares than threads: the
+# caller works on until the others are there, and whoever is slowed down takes fewer. But each share means taking the
+# GIL again, which beside a busy thread of pure Python can take 5 ms: not too many.
+_PAIRS_A_SHARE = 1 << 15
+_SHARES_A_THREAD = 4
 # Shares begin at multiples of this, so that all of them start on a cache line if the first does.
 _GRAIN = 64
 
@@ -57,7 +62,7 @@ def set_num_threads(n: int) -> None:
     2
     """
     global _num_threads, _pool
-    if isinstance(n, bool):
+    if isinstance(n, bool | np.bool_):
         raise TypeError(f"n = {n!r}: the number of threads must be an integer")
     try:
         n = operator.index(n)
@@ -72,17 +77,23 @@ def set_num_threads(n: int) -> None:
             _pool = None
 
 
+def is_shared(n: int) -> bool:
+    """Whether n pairs are worth more than the caller's thread."""
+    return n >= 2 * _PAIRS_A_SHARE and get_num_threads() > 1
+
+
 def run(task: Callable[[int, int], Result], n: int) -> list[Result]:
-    """task(start, stop) over shares that make up range(n), on as many threads as n is worth; the results in order."""
-    threads = max(1, min(get_num_threads(), n // _PAIRS_A_THREAD))
-    if threads == 1:
+    """task(start, stop) over shares that make up range(n), on all threads if that is worth it; the results in order."""
+    if not is_shared(n):
         return [task(0, n)]
-    cuts = [n * i // threads // _GRAIN * _GRAIN for i in range(threads)] + [n]
+    threads = get_num_threads()
+    count = min(n // _PAIRS_A_SHARE, _SHARES_A_THREAD * threads)
+    cuts = [n * i // count // _GRAIN * _GRAIN for i in range(count)] + [n]
     shares = [_Share(task, start, stop) for start, stop in itertools.pairwise(cuts)]
     me = object()
     try:
-        for share in shares[1:]:
-            _offer(share)
+        for _ in range(min(threads, count) - 1):
+            _offer(shares[::-1])  # from the other end, so that each thread's shares adjoin
         for share in shares:
             if share.claim(me):
                 share.result = task(*share.range)
@@ -135,23 +146,24 @@ class _Share(Generic[Result]):
 
 
 class _Pool:
-    """Daemon threads that take shares from a queue."""
+    """Daemon threads that take lists of shares from a queue, and of those what is not claimed."""
 
     def __init__(self, size: int) -> None:
         self._size, self._missing = size, size
-        self._queue: SimpleQueue[_Share[Any] | None] = SimpleQueue()
+        self._queue: SimpleQueue[list[_Share[Any]] | None] = SimpleQueue()
 
-    def offer(self, share: _Share[Any]) -> None:
+    def offer(self, shares: list[_Share[Any]]) -> None:
         with contextlib.suppress(RuntimeError):  # out of threads, or the interpreter is closing: the caller does it all
             while self._missing:
                 _thread.start_new_thread(self._work, ())
                 self._missing -= 1
-        self._queue.put(share)
+        self._queue.put(shares)
 
     def _work(self) -> None:
-        while (share := self._queue.get()) is not None:
-            share.work()
-            del share  # and with it the arrays
+        while (shares := self._queue.get()) is not None:
+            for share in shares:
+                share.work()
+            del shares, share  # and with them the arrays
 
     def close(self) -> None:
         """Lets the threads go when the queue is done."""
@@ -159,12 +171,12 @@ class _Pool:
             self._queue.put(None)
 
 
-def _offer(share: _Share[Any]) -> None:
+def _offer(shares: list[_Share[Any]]) -> None:
     global _pool
     with _lock:
         if _pool is None:
             _pool = _Pool(max(1, get_num_threads() - 1))
-        _pool.offer(share)
+        _pool.offer(shares)
 
 
 def _default_num_threads() -> int:

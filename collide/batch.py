@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
@@ -56,15 +57,16 @@ _SHARED = """
 
 def _shared(**words: str) -> Callable[[Function], Function]:
     def documented(function: Function) -> Function:
-        opening, example = (function.__doc__ or "").split("    ---\n")
-        function.__doc__ = opening.rstrip() + "\n" + _SHARED.format(**words) + "\n" + example
+        if function.__doc__:  # not so under python -OO
+            opening, _, example = inspect.cleandoc(function.__doc__).partition("---\n")
+            function.__doc__ = f"{opening}\n{inspect.cleandoc(_SHARED).format(**words)}\n\n{example}"
         return function
 
     return documented
 
 
 @_shared(
-    own="\n    v1, v2: velocities, ball 1 on the left.",
+    own="\nv1, v2: velocities, ball 1 on the left.",
     approach=" (v1 <= v2)",
     kept="",
     count="2",
@@ -97,8 +99,8 @@ def resolve_1d(
 
 @_shared(
     own="""
-    v1x, v1y, v2x, v2y: velocity components.
-    nx, ny: a vector n along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1, y2-y1 will do.""",
+v1x, v1y, v2x, v2y: velocity components.
+nx, ny: a vector n along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1, y2-y1 will do.""",
     approach=" ((v1-v2).n <= 0)",
     kept="",
     count="4",
@@ -136,8 +138,8 @@ def resolve_2d(
 
 @_shared(
     own="""
-    v1, v2: speeds; theta1, theta2: their directions.
-    phi: direction of the line of centres, from ball 1 to ball 2.""",
+v1, v2: speeds; theta1, theta2: their directions.
+phi: direction of the line of centres, from ball 1 to ball 2.""",
     approach=" (v1 cos(theta1-phi) <= v2 cos(theta2-phi))",
     kept=", v cos(theta) and v sin(theta)",
     count="4",

@@ -72,3 +72,9 @@ def test_importing_needs_numpy_and_numba_only():
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert set(ast.literal_eval(run.stdout)) <= {"collide", "llvmlite", "numba", "numpy"}
+
+
+def test_importing_without_docstrings():
+    code = "import collide; print(collide.resolve_2d.__doc__, collide.resolve_1d(1.0, 1.0, 3.0, 5.0))"
+    run = subprocess.run([sys.executable, "-OO", "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert run.stdout.startswith("None Velocities1D(u1=np.float64(5.0)")
