@@ -13,7 +13,6 @@ import numpy as np
 from numpy.ma import MaskedArray  # imported by Numba's first look at an array otherwise, in the middle of a call
 
 from . import _threads
-from ._jit import Kernel
 from ._kernels import STREAM_BYTES, Form
 from ._lanes import LINE
 from .errors import InvalidPairError, reason
@@ -29,8 +28,8 @@ _RULES = {"raise": False, "keep": False, "nan": True}
 
 # Arguments that a kernel cannot read as they lie are copied, and converted, this many pairs at a time: in the cache.
 _BLOCK = 1 << 13
-# NumPy's flags: C_CONTIGUOUS and ALIGNED together, OWNDATA, WRITEABLE.
-_READY, _OWNER, _WRITEABLE = 0x0001 | 0x0100, 0x0004, 0x0400
+# NumPy's flags C_CONTIGUOUS and ALIGNED.
+_READY = 0x0001 | 0x0100
 # Up to here a copy is cheaper than thinking: about overlaps between out and the inputs, about strides and dtypes.
 _SMALL = 1 << 12
 
@@ -42,7 +41,7 @@ class Tally(NamedTuple):
     first: int
     witness: Array
 
-    def plus(self, later: Tally, offset: int) -> Tally:
+    def plus(self, later: Tally, offset: int = 0) -> Tally:
         """With those of a share that begins at the offset."""
         if self.n_invalid or not later.n_invalid:
             return self._replace(n_invalid=self.n_invalid + later.n_invalid)
@@ -56,7 +55,6 @@ class Batch(NamedTuple):
     scalars: Array
     shape: tuple[int, ...]
     dtype: np.dtype[Any]  # of the result
-    flags: int  # those of NumPy's that all arrays have, if all have the result's dtype; else 0
 
 
 def resolve(form: Form, inputs: tuple[Any, ...], approaching_only: Any, invalid: Any, out: Any) -> Sequence[Any]:
@@ -65,56 +63,108 @@ def resolve(form: Form, inputs: tuple[Any, ...], approaching_only: Any, invalid:
         raise TypeError(f"approaching_only = {approaching_only!r}: must be True or False")
     if type(invalid) is not str or invalid not in _RULES:
         raise ValueError(f"invalid = {invalid!r}: must be one of {', '.join(map(repr, _RULES))}")
-    batch = _plain(inputs) or _any(form.columns, inputs)
-    if out is None:
-        targets = outputs = _new(batch, len(form.outputs))
-    else:
-        outputs = _checked(form.outputs, out, batch)
-        fresh = outputs[0].size <= _SMALL or _clash(batch, outputs)
-        targets = _new(batch, len(outputs)) if fresh else outputs
-    tally = _run(form.kernels[batch.dtype], batch, targets, bool(approaching_only), _RULES[invalid])
-    if targets is not outputs:
-        for u, target in zip(outputs, targets, strict=True):
-            u[...] = target
-    if tally and invalid == "raise":
-        index = tuple(int(i) for i in np.unravel_index(tally.first, batch.shape))
+    options = bool(approaching_only), _RULES[invalid]
+    outputs, tally = _direct(form, inputs, out, *options) or _general(form, inputs, out, *options)
+    if tally.n_invalid and invalid == "raise":
+        index = tuple(int(i) for i in np.unravel_index(tally.first, outputs[0].shape))
         pair = dict(zip(form.columns, tally.witness.tolist(), strict=True))
         raise InvalidPairError(index, tally.n_invalid, reason(pair))
-    if out is None and not batch.shape:
-        return [u[()] for u in outputs]
     return outputs
 
 
-def _plain(inputs: tuple[Any, ...]) -> Batch | None:
-    """The common case in a quarter of the time of `_any`: plain numbers, and arrays of one shape and dtype."""
-    first: Any = None
-    shape, dtype, flags = (), _FLOAT64, _READY | _OWNER
-    strong = False  # a NumPy scalar counts for the result's dtype, Python's numbers do not
-    arrays: list[Array | None] = []
-    scalars = _empty(len(inputs))
+def _direct(form: Form, inputs: tuple[Any, ...], out: Any, *options: bool) -> tuple[Sequence[Any], Tally] | None:
+    """Numbers, and arrays of one shape and dtype as a kernel takes them: the common case, in a third of the time.
+
+    None if it is not that. Whether outputs overlap inputs is left to the kernel, which refuses.
+    """
+    n, shape, dtype = 0, (), _FLOAT64
+    columns, scalars, numbers = [*inputs], _empty(len(inputs)), []
     for i, value in enumerate(inputs):
         kind = type(value)
         if kind is _ndarray:
-            if first is None:
-                first, shape, dtype = value, value.shape, value.dtype
-                if dtype not in _NOTHING:
+            if not n:
+                n, shape, dtype = value.size, value.shape, value.dtype
+                if not (n and shape and dtype in _NOTHING):
                     return None
-            elif value.dtype is not dtype or value.shape != shape:
+                strides = value.strides if value.flags.c_contiguous else _empty(shape, dtype).strides
+            # Identity: Numba takes a byte-swapped array for a native one that it has seen.
+            if value.dtype is not dtype or value.shape != shape:
                 return None
-            flags &= value.flags.num
-            arrays.append(value)
+            if value.strides != strides:
+                if n > _SMALL:
+                    return None
+                columns[i] = value.copy()
         elif kind is float or kind is int or kind is _float64:
-            strong = strong or kind is _float64
             try:
                 scalars[i] = value
             except OverflowError:
                 return None
-            arrays.append(None)
+            numbers.append(i)
         else:
             return None
-    if strong and dtype is not _FLOAT64:
-        dtype, flags = _FLOAT64, 0
-    return Batch(arrays, scalars, shape, dtype, flags)
+    if dtype is not _FLOAT64 and any(type(inputs[i]) is _float64 for i in numbers):
+        return None  # a NumPy scalar counts for the result's dtype, Python's numbers do not
+    for i in numbers:
+        columns[i] = _NOTHING[dtype]
+    if out is None:
+        targets = outputs = _new(shape or (1,), dtype, columns, len(form.outputs))
+    elif type(out) is not tuple or len(out) != len(form.outputs) or not n:
+        return None
+    elif all(type(u) is _ndarray and u.dtype is dtype and u.shape == shape and u.strides == strides for u in out):
+        targets = outputs = [*out]
+    elif n <= _SMALL:
+        outputs = _checked(form.outputs, out, shape, dtype)
+        targets = _new(shape, dtype, columns, len(out))
+    else:
+        return None
+    results = targets
+    if len(shape) > 1:
+        columns, results = [c.reshape(-1) for c in columns], [u.reshape(-1) for u in targets]
+    try:
+        tally = _call(form.kernels[dtype].compiled, columns, results, scalars, n or 1, *options)
+    except TypeError:  # Numba's, and slow: for an array that is not aligned or an output that is read-only
+        return None
+    if tally.n_invalid < 0:
+        return None
+    _copy_back(targets, outputs)
+    return outputs if n else [u[0] for u in outputs], tally
+
+
+def _copy_back(targets: Sequence[Array], outputs: Sequence[Array]) -> None:
+    if targets is not outputs:
+        for u, target in zip(outputs, targets, strict=True):
+            u[...] = target
+
+
+def _call(
+    kernel: Any, columns: Sequence[Array], outputs: Sequence[Array], scalars: Array, n: int, *options: bool
+) -> Tally:
+    """The pairs of flat arrays, on as many threads as they are worth; -1 are invalid if the kernel refuses."""
+    if not _threads.is_shared(n):
+        n_invalid, first = kernel(*columns, *outputs, scalars, 0, n, *options)
+        return Tally(n_invalid, first, scalars)
+
+    def share(start: int, stop: int) -> Tally:
+        own = scalars.copy()
+        n_invalid, first = kernel(*columns, *outputs, own, start, stop, *options)
+        return Tally(n_invalid, first, own)
+
+    return functools.reduce(Tally.plus, _threads.run(share, n))
+
+
+def _general(form: Form, inputs: tuple[Any, ...], out: Any, *options: bool) -> tuple[Sequence[Any], Tally]:
+    """Everything else: other dtypes and layouts, more dimensions, outputs over inputs; and whatever is an error."""
+    batch = _any(form.columns, inputs)
+    shape, dtype = batch.shape, batch.dtype
+    if out is None:
+        targets = outputs = _new(shape, dtype, batch.arrays, len(form.outputs))
+    else:
+        outputs = _checked(form.outputs, out, shape, dtype)
+        fresh = outputs[0].size <= _SMALL or _clash(batch, outputs)
+        targets = _new(shape, dtype, batch.arrays, len(outputs)) if fresh else outputs
+    tally = _run(form.kernels[dtype].compiled, batch, targets, *options)
+    _copy_back(targets, outputs)
+    return outputs if out is not None or shape else [u[()] for u in outputs], tally
 
 
 def _any(names: Sequence[str], inputs: Sequence[Any]) -> Batch:
@@ -126,7 +176,7 @@ def _any(names: Sequence[str], inputs: Sequence[Any]) -> Batch:
     dtype = _FLOAT32 if np.result_type(*kinds) in (_FLOAT32, np.float16) else _FLOAT64
     scalars = np.array([float(a.item()) if a.size == 1 else math.nan for a in arrays])
     full = [None if a.size == 1 else a if a.shape == shape else np.broadcast_to(a, shape) for a in arrays]
-    return Batch(full, scalars, shape, dtype, 0)
+    return Batch(full, scalars, shape, dtype)
 
 
 def _array(name: str, value: Any) -> Array:
@@ -160,17 +210,17 @@ def _shape(names: Sequence[str], arrays: Sequence[Array]) -> tuple[int, ...]:
         raise ValueError(f"the shapes of the arguments do not broadcast together: {listed}") from None
 
 
-def _new(batch: Batch, count: int) -> list[Array]:
+def _new(shape: tuple[int, ...], dtype: np.dtype[Any], inputs: Sequence[Array | None], count: int) -> list[Array]:
     """New outputs. Large ones lie to the cache lines as the first array of their kind among the inputs does.
 
     Streaming stores need outputs that agree, and a step's loads are then whole lines as well: inputs at an odd 16
     bytes, NumPy's usual, under outputs on a line cost a sixth of the speed, a quarter in polar form.
     """
-    shape, dtype = batch.shape, batch.dtype
-    size, item = math.prod(shape) * dtype.itemsize, dtype.itemsize
+    item = dtype.itemsize
+    size = math.prod(shape) * item
     if size < STREAM_BYTES:
         return [_empty(shape, dtype) for _ in range(count)]
-    like = next((_address(a) for a in batch.arrays if a is not None and a.dtype == dtype), 0)
+    like = next((_address(a) for a in inputs if a is not None and a.size and a.dtype == dtype), 0)
     outputs = []
     for _ in range(count):
         raw = np.empty(size + LINE, np.uint8)
@@ -183,29 +233,23 @@ def _address(array: Array) -> int:
     return array.__array_interface__["data"][0]  # type: ignore[no-any-return]
 
 
-def _checked(names: Sequence[str], out: Any, batch: Batch) -> list[Array]:
+def _checked(names: Sequence[str], out: Any, shape: tuple[int, ...], dtype: np.dtype[Any]) -> list[Array]:
     """The arrays of `out`, if they can take the results."""
     if not isinstance(out, tuple):
         raise TypeError(f"out = {type(out).__name__}: must be None or a tuple of {len(names)} arrays")
     if len(out) != len(names):
         raise ValueError(f"out has {len(out)} arrays: must have {len(names)}, for {', '.join(names)}")
-    plain = _OWNER | _WRITEABLE
-    if len({id(u) for u in out}) == len(out) and all(
-        type(u) is _ndarray and u.dtype is batch.dtype and u.shape == batch.shape and u.flags.num & plain == plain
-        for u in out
-    ):
-        return list(out)  # the common case, in a third of the time
     for i, u in enumerate(out):
         if not isinstance(u, np.ndarray) or isinstance(u, MaskedArray):
             raise TypeError(f"out[{i}] is of type {type(u).__name__}: must be a NumPy array")
-        if u.dtype != batch.dtype:
-            raise TypeError(f"out[{i}] has dtype {u.dtype}: must have the result's, {batch.dtype}")
-        if u.shape != batch.shape:
-            raise ValueError(f"out[{i}] has shape {u.shape}: must have the broadcast shape, {batch.shape}")
-        if not u.flags.num & _WRITEABLE:
+        if u.dtype != dtype:
+            raise TypeError(f"out[{i}] has dtype {u.dtype}: must have the result's, {dtype}")
+        if u.shape != shape:
+            raise ValueError(f"out[{i}] has shape {u.shape}: must have the broadcast shape, {shape}")
+        if not u.flags.writeable:
             raise ValueError(f"out[{i}] is read-only")
     for (i, a), (j, b) in itertools.combinations(enumerate(out), 2):
-        if a is b or (not (a.flags.num & b.flags.num & _OWNER) and _overlap(a, b)):
+        if a is b or _overlap(a, b):
             raise ValueError(f"out[{i}] and out[{j}] share memory")
     return list(out)
 
@@ -221,9 +265,6 @@ def _overlap(a: Array, b: Array) -> bool:
 
 def _clash(batch: Batch, outputs: Sequence[Array]) -> bool:
     """Whether an output shares memory with an input in any way but element upon element, which is in place."""
-    # Arrays that own their memory share it with none but themselves. To ask NumPy, pair by pair, takes 15 us.
-    if batch.flags & _OWNER and all(u.flags.num & _OWNER for u in outputs):
-        return False
     for a in batch.arrays:
         for u in outputs:
             if a is not None and a is not u and _overlap(a, u):
@@ -233,44 +274,18 @@ def _clash(batch: Batch, outputs: Sequence[Array]) -> bool:
     return False
 
 
-def _run(kernel: Kernel, batch: Batch, targets: Sequence[Array], *options: bool) -> Tally | None:
-    """Resolves the pairs of a batch; None if none is invalid."""
-    n, dtype = targets[0].size, batch.dtype
-    nothing = _NOTHING[dtype]
-    columns = [nothing if a is None else a for a in batch.arrays]
-    ready = batch.flags & _READY == _READY
-    if n > _SMALL and not (
-        ready and not _threads.is_shared(n) and all(u.flags.num & _READY == _READY for u in targets)
-    ):
-        return _run_large(kernel, columns, targets, batch, *options)
-    results = targets
-    if not ready:  # a small batch: the targets are fresh; what is not ready is an input, and copied, as that is cheap
-        columns = [_copy(a, dtype) if (flat := _flat(a, dtype)) is None else flat for a in columns]
-    elif len(batch.shape) != 1:
-        columns = [a.reshape(-1) for a in columns]
-    if len(batch.shape) != 1:
-        results = [u.reshape(-1) for u in targets]
-    witness = _empty(len(columns))
-    n_invalid, first = kernel.compiled(*columns, *results, batch.scalars, witness, 0, n, *options)
-    return Tally(n_invalid, first, witness) if n_invalid else None
-
-
-def _run_large(
-    kernel: Kernel, sources: Sequence[Array], targets: Sequence[Array], batch: Batch, *options: bool
-) -> Tally | None:
-    """On several threads; what a kernel cannot read or write as it lies passes through blocks, in the cache."""
-    shape, dtype, scalars, compiled = batch.shape, batch.dtype, batch.scalars, kernel.compiled
-    ready = batch.flags & _READY == _READY and len(shape) == 1
-    columns = sources if ready else [_flat(a, dtype) for a in sources]
+def _run(kernel: Any, batch: Batch, targets: Sequence[Array], *options: bool) -> Tally:
+    """What a kernel cannot read or write as it lies passes through blocks, in the cache; a small batch is copied."""
+    shape, dtype, scalars, n = batch.shape, batch.dtype, batch.scalars, targets[0].size
+    sources = [_NOTHING[dtype] if a is None else a for a in batch.arrays]
+    columns = [_flat(a, dtype) for a in sources]
     results = [_flat(u, dtype) for u in targets]
-
-    def call(ins: Sequence[Any], outs: Sequence[Any], start: int, stop: int) -> Tally:
-        witness = np.empty(len(scalars))
-        n_invalid, first = compiled(*ins, *outs, scalars, witness, start, stop, *options)
-        return Tally(n_invalid, first, witness)
-
-    def straight(start: int, stop: int) -> Tally:
-        return call(columns, results, start, stop)
+    if n <= _SMALL:  # what is not flat is an input: the targets are fresh
+        columns = [_copy(a, dtype) if c is None else c for a, c in zip(sources, columns, strict=True)]
+    flat_columns = [c for c in columns if c is not None]
+    flat_results = [r for r in results if r is not None]
+    if len(flat_columns) == len(columns) and len(flat_results) == len(results):
+        return _call(kernel, flat_columns, flat_results, scalars, n, *options)
 
     def by_blocks(start: int, stop: int) -> Tally:
         total = Tally(0, -1, scalars)
@@ -279,16 +294,15 @@ def _run_large(
         for lo, hi, where in _blocks(shape, start, stop):
             ins = [room.filled(where) if isinstance(room, _Room) else room[lo:hi] for room in rooms_in]
             outs = [room.memory[: hi - lo] if isinstance(room, _Room) else room[lo:hi] for room in rooms_out]
-            tally = call(ins, outs, 0, hi - lo)
+            own = scalars.copy()
+            n_invalid, first = kernel(*ins, *outs, own, 0, hi - lo, *options)
             for room in rooms_out:
                 if isinstance(room, _Room):
                     room.empty(where)
-            total = total.plus(tally, lo)
+            total = total.plus(Tally(n_invalid, first, own), lo)
         return total
 
-    task = by_blocks if any(flat is None for flat in (*columns, *results)) else straight
-    tally = functools.reduce(lambda a, b: a.plus(b, 0), _threads.run(task, targets[0].size))
-    return tally if tally.n_invalid else None
+    return functools.reduce(Tally.plus, _threads.run(by_blocks, n))
 
 
 def _flat(array: Array, dtype: np.dtype[Any]) -> Array | None:

@@ -12,8 +12,8 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 
-from ._jit import formula, intrinsic
-from ._lanes import _F64, _I32, LINE, Lanes, _constant, _splat, lanes_below
+from ._jit import formula, intrinsic, rare
+from ._lanes import _F64, _I32, LINE, Lanes, _constant, _splat, lanes_below, out_of_line
 
 
 def lanes_of(dtype: Any) -> Lanes:
@@ -46,49 +46,62 @@ def _merge(builder: Any, *ways: tuple[Any, Any]) -> Any:
 
 
 @intrinsic
-def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any) -> Any:
-    """Pairs k to k+n of every column; lanes past n hold zeros."""
+def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, usual: Any) -> Any:
+    """Pairs k to k+n of every column; lanes past n hold zeros. `usual`: all but the last column are arrays."""
     dtype = columns.dtype.dtype
     lanes = lanes_of(dtype)
     wide = ir.VectorType(_F64, lanes.width)
     align = dtype.bitwidth // 8
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        arrays, scalar_array, k, n = args
+        arrays, scalar_array, k, n, usual = args
         values = context.make_array(sig.args[1])(context, b, scalar_array).data
         arrays = cgutils.unpack_tuple(b, arrays)
 
-        def one(i: int, mask: Any) -> Any:
-            """Column i: an empty array stands for a scalar."""
+        def same(i: int) -> Any:
+            return _splat(b, b.load(b.gep(values, [ir.Constant(_I32, i)])), lanes.width)
+
+        def each(i: int, mask: Any) -> Any:
             vector, address = _vector_pointer(context, b, columns.dtype, arrays[i], k)
+            if mask is None:
+                value = b.load(address, align=align)
+            else:
+                rest = [address, ir.Constant(_I32, align), mask, _constant(vector, 0.0)]
+                value = _masked(b, "load", vector, vector, rest)
+            return value if dtype == types.float64 else b.fpext(value, wide)
+
+        def either(i: int, mask: Any) -> Any:
+            """Column i: an empty array stands for a scalar."""
             length = context.make_array(columns.dtype)(context, b, arrays[i]).nitems
             with b.if_else(b.icmp_signed("==", length, ir.Constant(length.type, 0))) as (scalar, array):
                 with scalar:
-                    same = _splat(b, b.load(b.gep(values, [ir.Constant(_I32, i)])), lanes.width)
-                    from_scalar = b.block
+                    from_scalar = same(i), b.block
                 with array:
-                    if mask is None:
-                        each = b.load(address, align=align)
-                    else:
-                        rest = [address, ir.Constant(_I32, align), mask, _constant(vector, 0.0)]
-                        each = _masked(b, "load", vector, vector, rest)
-                    each = each if dtype == types.float64 else b.fpext(each, wide)
-                    from_array = b.block
-            return _merge(b, (same, from_scalar), (each, from_array))
+                    from_array = each(i, mask), b.block
+            return _merge(b, from_scalar, from_array)
 
-        # A masked load costs a full step a quarter of its time, so whole lines go without.
+        # A masked load costs a full step a quarter of its time, so whole lines go without, and a branch a column a
+        # tenth, so the usual batch goes without those.
+        numbers = range(columns.count)
         with b.if_else(b.icmp_signed("==", n, ir.Constant(n.type, lanes.width))) as (whole, part):
             with whole:
-                full = [one(i, None) for i in range(columns.count)]
+                with b.if_else(usual) as (straight, mixed):
+                    with straight:
+                        quick = [*(each(i, None) for i in numbers[:-1]), same(numbers[-1])]
+                        from_quick = b.block
+                    with mixed:
+                        branched = [either(i, None) for i in numbers]
+                        from_branched = b.block
+                full = [_merge(b, (x, from_quick), (y, from_branched)) for x, y in zip(quick, branched, strict=True)]
                 from_whole = b.block
             with part:
                 mask = lanes_below(b, n, lanes.width)
-                masked = [one(i, mask) for i in range(columns.count)]
+                masked = [either(i, mask) for i in numbers]
                 from_part = b.block
         merged = [_merge(b, (x, from_whole), (y, from_part)) for x, y in zip(full, masked, strict=True)]
         return context.make_tuple(b, sig.return_type, merged)
 
-    return types.UniTuple(lanes, columns.count)(columns, scalars, types.int64, types.int64), codegen
+    return types.UniTuple(lanes, columns.count)(columns, scalars, types.int64, types.int64, types.boolean), codegen
 
 
 @intrinsic
@@ -135,3 +148,33 @@ def lead(outputs: Any, start: int) -> Any:
     if offset % item != 0:
         return -1
     return (LINE - offset) % LINE // item
+
+
+@rare
+def overlap(columns: Any, outputs: Any) -> int:
+    """How the outputs lie to the columns and to each other: 0 apart, 1 some in place, -1 in any other way."""
+    out_of_line()
+    relation = 0
+    for i in range(len(outputs)):
+        u, size = outputs[i].ctypes.data, outputs[i].nbytes
+        for c in columns:
+            a = c.ctypes.data
+            if a < u + size and u < a + c.nbytes:
+                if a != u or c.nbytes != size:
+                    return -1
+                relation = 1
+        for j in range(i):
+            b = outputs[j].ctypes.data
+            if b < u + size and u < b + outputs[j].nbytes:
+                return -1
+    return relation
+
+
+@rare
+def is_usual(columns: Any) -> bool:
+    """Whether all columns but the last are arrays."""
+    out_of_line()
+    arrays = 0
+    for c in columns:
+        arrays += c.size > 0
+    return arrays == len(columns) - 1 and columns[-1].size == 0

@@ -38,10 +38,8 @@ def resolve_1d(m1: Any, m2: Any, v1: Any, v2: Any, restitution: Any = 1.0) -> tu
     >>> collide.scalar.resolve_1d(0.5, 3.5, 4.0, 0.0)
     (np.float64(-3.0), np.float64(1.0))
     """
-    m1, m2, v1, v2 = as_float64(m1), as_float64(m2), as_float64(v1), as_float64(v2)
-    w1, w2 = shares(m1, m2, 1.0)
-    q = (1.0 + as_float64(restitution)) * (v1 - v2)
-    return v1 - w1 * q, v2 + w2 * q
+    after, _, _ = on_line(m1, m2, v1, v2, restitution)
+    return after  # type: ignore[no-any-return]
 
 
 @formula
@@ -62,7 +60,8 @@ def resolve_2d(
     -2.0
     """
     nx, ny, square = normal(as_float64(nx), as_float64(ny))
-    return exchange(m1, m2, v1x, v1y, v2x, v2y, nx, ny, square, restitution)
+    after, _, _ = in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, square, restitution)
+    return after  # type: ignore[no-any-return]
 
 
 @formula
@@ -80,25 +79,39 @@ def resolve_polar(
     """
     v1x, v1y, v2x, v2y, nx, ny = from_polar(v1, theta1, v2, theta2, phi)
     # cos**2 + sin**2 is as near to 1 as its own rounding would leave it.
-    return exchange(m1, m2, v1x, v1y, v2x, v2y, nx, ny, 1.0, restitution)
+    after, _, _ = in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, 1.0, restitution)
+    return after  # type: ignore[no-any-return]
+
+
+# The velocities after, the closing speed, positive when the pair approaches, and the changes (j1, j2).
 
 
 @formula
-def exchange(
+def on_line(m1: Any, m2: Any, v1: Any, v2: Any, restitution: Any) -> tuple[Any, Any, Any]:
+    """u = v -+ j and the closing speed v1-v2."""
+    v1, v2 = as_float64(v1), as_float64(v2)
+    closing = v1 - v2
+    j1, j2 = changes(m1, m2, closing, 1.0, restitution)
+    return (v1 - j1, v2 + j2), closing, (j1, j2)
+
+
+@formula
+def in_plane(
     m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, square: Any, restitution: Any
-) -> tuple[Any, Any, Any, Any]:
-    """u = v -+ (1+e) (the other's share of the mass) ((v1-v2).n / n.n) n, given n.n."""
+) -> tuple[Any, Any, Any]:
+    """u = v -+ j n and the closing speed (v1-v2).n, given n.n."""
     v1x, v1y, v2x, v2y = as_float64(v1x), as_float64(v1y), as_float64(v2x), as_float64(v2y)
-    w1, w2 = shares(as_float64(m1), as_float64(m2), square)
-    q = (1.0 + as_float64(restitution)) * closing_2d(v1x, v1y, v2x, v2y, nx, ny)
-    j1, j2 = w1 * q, w2 * q
-    return v1x - j1 * nx, v1y - j1 * ny, v2x + j2 * nx, v2y + j2 * ny
+    closing = (v1x - v2x) * nx + (v1y - v2y) * ny
+    j1, j2 = changes(m1, m2, closing, square, restitution)
+    return (v1x - j1 * nx, v1y - j1 * ny, v2x + j2 * nx, v2y + j2 * ny), closing, (j1, j2)
 
 
 @formula
-def closing_2d(v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any) -> Any:
-    """(v1-v2).n: positive when the pair approaches."""
-    return (v1x - v2x) * nx + (v1y - v2y) * ny
+def changes(m1: Any, m2: Any, closing: Any, square: Any, restitution: Any) -> tuple[Any, Any]:
+    """j = (1+e) (the other's share of the mass) (v1-v2).n / n.n: how much the velocities of 1 and 2 change along n."""
+    w1, w2 = shares(as_float64(m1), as_float64(m2), square)
+    q = (1.0 + as_float64(restitution)) * closing
+    return w1 * q, w2 * q
 
 
 # Masses and normals may have any size, and only their ratios matter: where their products could overflow or underflow
@@ -115,7 +128,7 @@ def shares(m1: Any, m2: Any, square: Any) -> tuple[Any, Any]:
         wall1, wall2 = m1 == math.inf, m2 == math.inf
         none1, none2 = select(m1 >= 0.0, 0.0, m1), select(m2 >= 0.0, 0.0, m2)
         m1, m2 = select(wall2, none1, select(wall1, 1.0, m1)), select(wall1, none2, select(wall2, 1.0, m2))
-        scale = select(extreme, inverse_power_of_two(0.25 * m1 + 0.25 * m2), 1.0)
+        scale = select(extreme, inverse_power_of_two(m1, m2), 1.0)
         m1, m2 = scale * m1, scale * m2
     total = (m1 + m2) * square
     # Two divisions, not one and two products: equal masses get exactly 1/2 each.
@@ -124,8 +137,8 @@ def shares(m1: Any, m2: Any, square: Any) -> tuple[Any, Any]:
 
 @formula
 def normal(nx: Any, ny: Any) -> tuple[Any, Any, Any]:
-    """(nx, ny) at a length between 1 and 4, and its square."""
-    scale = inverse_power_of_two(0.25 * abs(nx) + 0.25 * abs(ny))
+    """(nx, ny) at a length between 2 and 6, and its square."""
+    scale = inverse_power_of_two(nx, ny)
     nx, ny = scale * nx, scale * ny
     return nx, ny, nx * nx + ny * ny
 

@@ -16,7 +16,7 @@ SOURCES = sorted(Path(collide.__file__).parent.glob("*.py"))
 SHOW = "print('u1 =', collide.resolve_1d([1.0], [3.0], [4.0], [0.0]).u1[0])"
 CALL = f"import collide; {SHOW}"
 ANSWER = "u1 = -2.0\n"
-FORMULA, EDITED_FORMULA = "return v1 - w1 * q, v2 + w2 * q", "return v1 + w1 * q, v2 + w2 * q"
+FORMULA, EDITED_FORMULA = "return (v1 - j1, v2 + j2)", "return (v1 + j1, v2 + j2)"
 EDITED_ANSWER = "u1 = 10.0\n"
 
 

@@ -158,6 +158,49 @@ def test_what_is_too_large_for_float32():
     assert (u1[1], u2[1]) == (v[1], -v[1])
 
 
+def test_a_scalar_velocity_beyond_float32():
+    one, v = np.ones(20, np.float32), np.zeros(20, np.float32)
+    with pytest.raises(collide.InvalidPairError, match="too large") as info:
+        collide.resolve_2d(one, one, v, 1e39, v, 1e39, one, v)  # equal, and across n: nothing changes
+    assert info.value.count == 20
+
+
+LARGE = [1e39, -1e39, 3e38, 1e154, -1e200, 1e308, 1.7976e308, -1.7976e308, INF, -INF, NAN, -NAN]
+NASTY = np.array([0.0, -0.0, 5e-324, 2e-308, 1e-200, 0.5, 1.0, -1.0, 3.0, *LARGE])
+
+
+@pytest.mark.parametrize("approaching_only", [False, True])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("name", ["resolve_1d", "resolve_2d"])
+def test_nasty_numbers_side_by_side(name, dtype, approaching_only):
+    """A pair is invalid where NumPy's run of the formula, and of the rules, says so: each lane judged on its own."""
+    rng = np.random.default_rng(6)
+    n, n_columns = 100_000, len(GOOD[name])
+    with np.errstate(all="ignore"):
+        c = [rng.choice(NASTY, n).astype(dtype) for _ in range(n_columns)] + [rng.choice(NASTY, n).astype(dtype)]
+        for column in c:  # most pairs differ from good ones in one or two numbers
+            column[rng.random(n) < 0.7] = 1.5
+        wide = [x.astype(np.float64) for x in c]
+        m1, m2, e = wide[0], wide[1], wide[-1]
+        valid = (m1 >= 0) & (m2 >= 0) & (m1 + m2 > 0) & (e >= 0) & (e < INF)
+        if name == "resolve_1d":
+            v, closing = wide[2:4], wide[2] - wide[3]
+        else:
+            v = wide[2:6]
+            nx, ny, square = collide.scalar.normal(*wide[6:8])
+            closing = (v[0] - v[2]) * nx + (v[1] - v[3]) * ny
+            valid &= (square > 0) & (square < INF)
+        want = getattr(collide.scalar, name)(*wide)
+        if approaching_only:
+            want = [np.where(closing <= 0, old, new) for old, new in zip(v, want, strict=True)]
+        want = [w.astype(dtype) for w in want]
+        valid &= np.logical_and.reduce([np.isfinite(w) for w in want])
+        got = getattr(collide, name)(*c[:-1], restitution=c[-1], approaching_only=approaching_only, invalid="nan")
+    assert 0.05 < valid.mean() < 0.95
+    for u, w in zip(got, want, strict=True):
+        np.testing.assert_array_equal(u, np.where(valid, w, dtype(NAN)))
+
+
 def test_the_error_tells_what_the_kernel_saw_although_the_input_was_overwritten():
     columns = [np.full(9000, x) for x in (1.0, 1.0, 2.0, 0.5, 1.0, 2.5, 0.25)]
     columns[3][8500] = NAN
