@@ -18,6 +18,7 @@ from ._lanes import LINE
 from .errors import InvalidPairError, reason
 
 Array = np.ndarray[Any, np.dtype[Any]]
+Options = tuple[bool, bool]  # approaching_only, and whether an invalid pair gets NaN
 
 _ndarray, _float64, _empty = np.ndarray, np.float64, np.empty  # looked up nine times a call
 _FLOAT64, _FLOAT32 = np.dtype(np.float64), np.dtype(np.float32)
@@ -64,15 +65,17 @@ def resolve(form: Form, inputs: tuple[Any, ...], approaching_only: Any, invalid:
     if type(invalid) is not str or invalid not in _RULES:
         raise ValueError(f"invalid = {invalid!r}: must be one of {', '.join(map(repr, _RULES))}")
     options = bool(approaching_only), _RULES[invalid]
-    outputs, tally = _direct(form, inputs, out, *options) or _general(form, inputs, out, *options)
-    if tally.n_invalid and invalid == "raise":
+    outputs, tally = _direct(form, inputs, out, options) or _general(form, inputs, out, options)
+    if tally and invalid == "raise":
         index = tuple(int(i) for i in np.unravel_index(tally.first, outputs[0].shape))
         pair = dict(zip(form.columns, tally.witness.tolist(), strict=True))
         raise InvalidPairError(index, tally.n_invalid, reason(pair))
     return outputs
 
 
-def _direct(form: Form, inputs: tuple[Any, ...], out: Any, *options: bool) -> tuple[Sequence[Any], Tally] | None:
+def _direct(
+    form: Form, inputs: tuple[Any, ...], out: Any, options: Options
+) -> tuple[Sequence[Any], Tally | None] | None:
     """Numbers, and arrays of one shape and dtype as a kernel takes them: the common case, in a third of the time.
 
     None if it is not that. Whether outputs overlap inputs is left to the kernel, which refuses.
@@ -110,7 +113,7 @@ def _direct(form: Form, inputs: tuple[Any, ...], out: Any, *options: bool) -> tu
         targets = outputs = _new(shape or (1,), dtype, columns, len(form.outputs))
     elif type(out) is not tuple or len(out) != len(form.outputs) or not n:
         return None
-    elif all(type(u) is _ndarray and u.dtype is dtype and u.shape == shape and u.strides == strides for u in out):
+    elif _all_like(out, dtype, shape, strides):
         targets = outputs = [*out]
     elif n <= _SMALL:
         outputs = _checked(form.outputs, out, shape, dtype)
@@ -121,13 +124,20 @@ def _direct(form: Form, inputs: tuple[Any, ...], out: Any, *options: bool) -> tu
     if len(shape) > 1:
         columns, results = [c.reshape(-1) for c in columns], [u.reshape(-1) for u in targets]
     try:
-        tally = _call(form.kernels[dtype].compiled, columns, results, scalars, n or 1, *options)
+        tally = _call(form.kernels[dtype].compiled, columns, results, scalars, n or 1, options)
     except TypeError:  # Numba's, and slow: for an array that is not aligned or an output that is read-only
         return None
-    if tally.n_invalid < 0:
+    if tally and tally.n_invalid < 0:
         return None
     _copy_back(targets, outputs)
     return outputs if n else [u[0] for u in outputs], tally
+
+
+def _all_like(arrays: tuple[Any, ...], dtype: Any, shape: tuple[int, ...], strides: tuple[int, ...]) -> bool:
+    for a in arrays:  # a loop: the generator of all() takes a third longer
+        if type(a) is not _ndarray or a.dtype is not dtype or a.shape != shape or a.strides != strides:
+            return False
+    return True
 
 
 def _copy_back(targets: Sequence[Array], outputs: Sequence[Array]) -> None:
@@ -137,22 +147,27 @@ def _copy_back(targets: Sequence[Array], outputs: Sequence[Array]) -> None:
 
 
 def _call(
-    kernel: Any, columns: Sequence[Array], outputs: Sequence[Array], scalars: Array, n: int, *options: bool
-) -> Tally:
+    kernel: Any, columns: Sequence[Array], outputs: Sequence[Array], scalars: Array, n: int, options: Options
+) -> Tally | None:
     """The pairs of flat arrays, on as many threads as they are worth; -1 are invalid if the kernel refuses."""
     if not _threads.is_shared(n):
         n_invalid, first = kernel(*columns, *outputs, scalars, 0, n, *options)
-        return Tally(n_invalid, first, scalars)
+        return Tally(n_invalid, first, scalars) if n_invalid else None
 
     def share(start: int, stop: int) -> Tally:
         own = scalars.copy()
         n_invalid, first = kernel(*columns, *outputs, own, start, stop, *options)
         return Tally(n_invalid, first, own)
 
-    return functools.reduce(Tally.plus, _threads.run(share, n))
+    return _in_all(_threads.run(share, n))
 
 
-def _general(form: Form, inputs: tuple[Any, ...], out: Any, *options: bool) -> tuple[Sequence[Any], Tally]:
+def _in_all(tallies: list[Tally]) -> Tally | None:
+    tally = functools.reduce(Tally.plus, tallies)
+    return tally if tally.n_invalid else None
+
+
+def _general(form: Form, inputs: tuple[Any, ...], out: Any, options: Options) -> tuple[Sequence[Any], Tally | None]:
     """Everything else: other dtypes and layouts, more dimensions, outputs over inputs; and whatever is an error."""
     batch = _any(form.columns, inputs)
     shape, dtype = batch.shape, batch.dtype
@@ -162,7 +177,7 @@ def _general(form: Form, inputs: tuple[Any, ...], out: Any, *options: bool) -> t
         outputs = _checked(form.outputs, out, shape, dtype)
         fresh = outputs[0].size <= _SMALL or _clash(batch, outputs)
         targets = _new(shape, dtype, batch.arrays, len(outputs)) if fresh else outputs
-    tally = _run(form.kernels[dtype].compiled, batch, targets, *options)
+    tally = _run(form.kernels[dtype].compiled, batch, targets, options)
     _copy_back(targets, outputs)
     return outputs if out is not None or shape else [u[()] for u in outputs], tally
 
@@ -217,7 +232,7 @@ def _new(shape: tuple[int, ...], dtype: np.dtype[Any], inputs: Sequence[Array | 
     bytes, NumPy's usual, under outputs on a line cost a sixth of the speed, a quarter in polar form.
     """
     item = dtype.itemsize
-    size = math.prod(shape) * item
+    size = item * (shape[0] if len(shape) == 1 else math.prod(shape))
     if size < STREAM_BYTES:
         return [_empty(shape, dtype) for _ in range(count)]
     like = next((_address(a) for a in inputs if a is not None and a.size and a.dtype == dtype), 0)
@@ -274,7 +289,7 @@ def _clash(batch: Batch, outputs: Sequence[Array]) -> bool:
     return False
 
 
-def _run(kernel: Any, batch: Batch, targets: Sequence[Array], *options: bool) -> Tally:
+def _run(kernel: Any, batch: Batch, targets: Sequence[Array], options: Options) -> Tally | None:
     """What a kernel cannot read or write as it lies passes through blocks, in the cache; a small batch is copied."""
     shape, dtype, scalars, n = batch.shape, batch.dtype, batch.scalars, targets[0].size
     sources = [_NOTHING[dtype] if a is None else a for a in batch.arrays]
@@ -285,7 +300,7 @@ def _run(kernel: Any, batch: Batch, targets: Sequence[Array], *options: bool) ->
     flat_columns = [c for c in columns if c is not None]
     flat_results = [r for r in results if r is not None]
     if len(flat_columns) == len(columns) and len(flat_results) == len(results):
-        return _call(kernel, flat_columns, flat_results, scalars, n, *options)
+        return _call(kernel, flat_columns, flat_results, scalars, n, options)
 
     def by_blocks(start: int, stop: int) -> Tally:
         total = Tally(0, -1, scalars)
@@ -302,7 +317,7 @@ def _run(kernel: Any, batch: Batch, targets: Sequence[Array], *options: bool) ->
             total = total.plus(Tally(n_invalid, first, own), lo)
         return total
 
-    return functools.reduce(Tally.plus, _threads.run(by_blocks, n))
+    return _in_all(_threads.run(by_blocks, n))
 
 
 def _flat(array: Array, dtype: np.dtype[Any]) -> Array | None:
