@@ -53,7 +53,7 @@ def _loop(
     usual = is_usual(columns)
     n_invalid, first_invalid = 0, -1
     k = start
-    n = min(head if streaming and head > 0 else width, stop - start)
+    n = min(head if head > 0 else width, stop - start)
     while k < stop:
         values = load(columns, scalars, k, n, usual)
         signs = (values[0], values[1], values[-1])

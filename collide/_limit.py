@@ -8,39 +8,58 @@ from __future__ import annotations
 from typing import Any
 
 from ._jit import formula
-from ._kernels import CARTESIAN, POLAR, make_form
+from ._kernels import CARTESIAN, LINE_FORM, POLAR, STREAM_BYTES, make_form
 from ._lanes import LINE
 from ._memory import is_usual, lead, load, store
 
+# A few sums a pair, only because the compiler leaves out a load whose value goes nowhere.
+
 
 @formula
-def _move(columns: Any, outputs: Any, scalars: Any, start: int, stop: int) -> tuple[int, int]:
-    """Three or four sums a pair, only because the compiler leaves out a load whose value goes nowhere."""
+def _sums_on_line(values: Any) -> Any:
+    return values[0] + values[1], values[2] + values[3]
+
+
+@formula
+def _sums_in_plane(values: Any) -> Any:
+    return values[0] + values[1], values[2] + values[3], values[4] + values[5], values[6] + values[-2]
+
+
+@formula
+def _move(sums: Any, columns: Any, outputs: Any, scalars: Any, start: int, stop: int) -> tuple[int, int]:
     width = LINE // outputs[0].itemsize
     head = lead(outputs, start)
+    streaming = head >= 0 and outputs[0].nbytes >= STREAM_BYTES
     usual = is_usual(columns)
     k = start
     n = min(head if head > 0 else width, stop - start)
     while k < stop:
-        values = load(columns, scalars, k, n, usual)
-        sums = (values[0] + values[1], values[2] + values[3], values[4] + values[5], values[6] + values[-2])
-        store(outputs, k, n, sums, head >= 0)
+        store(outputs, k, n, sums(load(columns, scalars, k, n, usual)), streaming)
         k += n
         n = min(width, stop - k)
     return 0, -1
 
 
+def _bytes_1d(  # type: ignore[no-untyped-def]  # compiled only
+    m1, m2, v1, v2, e, u1, u2, scalars, start, stop, approaching, nan
+):
+    return _move(_sums_on_line, (m1, m2, v1, v2, e), (u1, u2), scalars, start, stop)
+
+
 def _bytes_2d(  # type: ignore[no-untyped-def]  # compiled only
     m1, m2, v1x, v1y, v2x, v2y, nx, ny, e, u1x, u1y, u2x, u2y, scalars, start, stop, approaching, nan
 ):
-    return _move((m1, m2, v1x, v1y, v2x, v2y, nx, ny, e), (u1x, u1y, u2x, u2y), scalars, start, stop)
+    columns, outputs = (m1, m2, v1x, v1y, v2x, v2y, nx, ny, e), (u1x, u1y, u2x, u2y)
+    return _move(_sums_in_plane, columns, outputs, scalars, start, stop)
 
 
 def _bytes_polar(  # type: ignore[no-untyped-def]  # compiled only
     m1, m2, v1, theta1, v2, theta2, phi, e, u1x, u1y, u2x, u2y, scalars, start, stop, approaching, nan
 ):
-    return _move((m1, m2, v1, theta1, v2, theta2, phi, e), (u1x, u1y, u2x, u2y), scalars, start, stop)
+    columns, outputs = (m1, m2, v1, theta1, v2, theta2, phi, e), (u1x, u1y, u2x, u2y)
+    return _move(_sums_in_plane, columns, outputs, scalars, start, stop)
 
 
+LINE_LIMIT = make_form(_bytes_1d, LINE_FORM.columns, LINE_FORM.outputs)
 CARTESIAN_LIMIT = make_form(_bytes_2d, CARTESIAN.columns, CARTESIAN.outputs)
 POLAR_LIMIT = make_form(_bytes_polar, POLAR.columns, POLAR.outputs)
