@@ -17,7 +17,15 @@ import collide
 
 README = (Path(__file__).parent.parent / "README.md").read_text()
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
-SET_UP = "python3 -m venv .venv && .venv/bin/pip install "
+# What sets up and runs things in the clone: known by heart here, and run by CI or by hand.
+KNOWN = {
+    "python3 -m venv .venv && .venv/bin/pip install . && .venv/bin/python -m collide demo",
+    'python3 -m venv .venv && .venv/bin/pip install -e ".[test]" && .venv/bin/python -m pytest',
+    'python3 -m venv .venv && .venv/bin/pip install -e ".[bench]" && .venv/bin/python -m pytest benchmarks',
+    ".venv/bin/python -m pytest benchmarks --benchmark-autosave",
+    ".venv/bin/python -m pytest benchmarks --benchmark-compare",
+    ".venv/bin/python -m pytest benchmarks --benchmark-compare --benchmark-compare-fail=median:30%",
+}
 
 
 def blocks(language):
@@ -42,13 +50,10 @@ def test_python(text, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("text", blocks("sh"))
 def test_shell(text, tmp_path):
-    """Set-up commands are known by heart and run by CI; the rest is run here, on a file that the README describes."""
+    """The commands of the clone are known; the rest is run here, on a file that the README describes."""
     np.savez(tmp_path / "pairs.npz", **{k: np.ones(3) for k in ("m1", "m2", "v1x", "v1y", "v2y", "nx", "ny")}, v2x=0.0)
     for line in text.splitlines():
-        if line.startswith(SET_UP):
-            rest = line.removeprefix(SET_UP)
-            assert rest in (". && .venv/bin/python -m collide demo", '-e ".[test]" && .venv/bin/python -m pytest')
-        else:
+        if line not in KNOWN:
             command = line.replace("collide ", f"{sys.executable} -m collide ", 1)
             subprocess.run(command, shell=True, cwd=tmp_path, check=True, timeout=120, capture_output=True)
 

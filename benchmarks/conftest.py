@@ -1,0 +1,116 @@
+"""What every benchmark shares: the settings before Numba is imported, the race, and the summary at the end."""
+
+from __future__ import annotations
+
+import os
+
+# Or the idle team of prange takes a core from whoever runs next.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+
+import statistics
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+
+import collide
+
+BUDGET = 0.8  # seconds of timed rounds, of a contestant and of collide beside it
+COLUMNS = ["min", "median", "iqr", "rounds"]
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("filterwarnings", "default")  # what a yardstick warns of is no failure of collide's
+    if "s" not in config.option.reportchars:
+        config.option.reportchars += "s"  # what was skipped, and why
+    if hasattr(config.option, "benchmark_columns"):
+        config.option.benchmark_columns = COLUMNS
+        config.option.benchmark_sort = "median"
+
+
+def pytest_report_header() -> str:
+    return (
+        f"collide: {collide.get_num_threads()} threads, NumPy {np.__version__}, Numba {numba.__version__}, "
+        f"OMP_WAIT_POLICY={os.environ['OMP_WAIT_POLICY']} (an idle OpenMP team would take a core from the next one)"
+    )
+
+
+def pytest_benchmark_update_machine_info(config: pytest.Config, machine_info: dict[str, Any]) -> None:
+    machine_info.pop("node", None)
+    machine_info["collide threads"] = collide.get_num_threads()
+    machine_info.update({"numpy": np.__version__, "numba": numba.__version__})
+    machine_info["OMP_WAIT_POLICY"] = os.environ["OMP_WAIT_POLICY"]
+
+
+@pytest.fixture
+def set_threads() -> Any:
+    """A function that sets the number of threads of collide; it is put back afterwards."""
+    before = collide.get_num_threads()
+    yield collide.set_num_threads
+    collide.set_num_threads(before)
+
+
+def _seconds(call: Callable[[], Any], calls: int) -> float:
+    began = time.perf_counter()
+    for _ in range(calls):
+        call()
+    return time.perf_counter() - began
+
+
+@pytest.fixture
+def race(benchmark: Any) -> Callable[..., list[float]]:
+    """A function that times a contestant by pytest-benchmark, each round after one of the reference.
+
+    Interleaved, so that what slows the machine down slows both, and each after an untimed call of its own, so that
+    neither finds the caches as the other left them. Gives the ratio of each round, the reference's time to the
+    contestant's, and leaves their median and what else it is told in the benchmark's extra_info.
+    """
+
+    def run(
+        contestant: Callable[[], Any], reference: Callable[[], Any], /, rounds: int | None = None, **info: Any
+    ) -> list[float]:
+        prepare = getattr(contestant, "reset", contestant)
+        prepare()
+        contestant()
+        # Short calls are timed many at a time, but for those that have to be prepared one by one.
+        calls = 1 if prepare is not contestant else max(1, int(2e-3 / (_seconds(reference, 3) / 3)))
+        prepare()
+        once = _seconds(contestant, calls) + _seconds(reference, calls)
+        rounds = rounds or min(30, max(3, int(BUDGET / once)))
+        references: list[float] = []
+
+        def before() -> None:
+            reference()
+            references.append(_seconds(reference, calls))
+            prepare()
+
+        def block() -> None:
+            for _ in range(calls):
+                contestant()
+
+        benchmark.pedantic(block, setup=before, rounds=rounds)
+        ratios = [r / c for r, c in zip(references, benchmark.stats.stats.data, strict=True)]
+        benchmark.extra_info.update({**info, "calls": calls, "as fast as the reference": statistics.median(ratios)})
+        return ratios
+
+    return run
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    session = getattr(config, "_benchmarksession", None)
+    benchmarks = [b for b in session.benchmarks if not b.has_error and "contestant" in b.extra_info] if session else []
+    if not benchmarks:
+        return
+    write = terminalreporter.write_line
+    terminalreporter.section("pairs a second, and how many times as fast as each contestant collide is")
+    group = None
+    for b in benchmarks:
+        if b.group != group:
+            group = b.group
+            write(f"\n{group}")
+        rate = b.extra_info["n"] * b.extra_info["calls"] / b.stats.median
+        ratio = 1 / b.extra_info["as fast as the reference"]
+        write(f"  {b.extra_info['contestant']:24} {rate / 1e6:10.4g} M pairs/s   {ratio:8.2f} x")

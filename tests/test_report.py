@@ -1,0 +1,88 @@
+"""The README's figures come from benchmarks/report.py: its text is built from data, and replaces what stood there."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.fixture(scope="module")
+def report():
+    spec = importlib.util.spec_from_file_location("report", ROOT / "benchmarks" / "report.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def batch(form, n, name, seconds, as_fast, calls=1, threads=2):
+    info = {"form": form, "n": n, "threads": threads, "contestant": name, "calls": calls}
+    return {"extra_info": {**info, "as fast as the reference": as_fast}, "stats": {"median": seconds}}
+
+
+@pytest.fixture
+def data(report):
+    batches = []
+    for form in report.FORMS:
+        batches += [
+            batch(form, 10_000_000, "collide", 0.02, 1.01),
+            batch(form, 10_000_000, "bytes only", 0.03, 1.25),  # in a slow minute: the ratio counts
+            batch(form, 10_000_000, "NumPy", 0.2, 0.1),
+            batch(form, 1, "collide", 6e-3, 1.0, calls=1000),
+            batch(form, 1, "NumPy", 9e-3, 2.0 if form == "line" else 0.5, calls=1000),
+        ]
+    variant = {"variant": "in_place", "n": 1_000_000, "as fast as the reference": 1.5}
+    variants = [{"extra_info": {**variant, "form": form}, "stats": {}} for form in report.FORMS]
+    names = ("import numba", "import numba and collide", "trivial, cached", "collide, cached", "collide, compiling")
+    starts = [{"extra_info": {"start": name, "seconds": s}, "stats": {}} for s, name in enumerate(names, 1)]
+    machine = {
+        "collide threads": 2,
+        "numpy": "2.4",
+        "numba": "0.68",
+        "python_version": "3.11",
+        "OMP_WAIT_POLICY": "passive",
+    }
+    return {
+        "benchmarks": batches + variants + starts,
+        "machine_info": {**machine, "cpu": {"brand_raw": "A processor"}},
+        "datetime": "2026-01-02T03:04:05",
+    }
+
+
+def test_rates_are_ratios_times_the_rate_of_collide(report, data):
+    found = report.entries(data)
+    assert found["plane", 10_000_000, 2, "collide"] == (pytest.approx(5e8), 1.0)
+    assert found["plane", 10_000_000, 2, "bytes only"] == (pytest.approx(6.25e8), pytest.approx(0.8))
+    assert found["plane", 1, 2, "NumPy"] == (pytest.approx(1 / 12e-6), pytest.approx(2.0))
+
+
+def test_the_section(report, data):
+    text = report.section(data)
+    assert "| **collide** | **500** | **500** | **500** |" in text
+    assert "| NumPy | 50.0 (10.0x) | 50.0 (10.0x) | 50.0 (10.0x) |" in text
+    assert "in place 1.50 / 1.50 / 1.50" in text
+    assert "on a line 6.0 us, NumPy's expression 3.0" in text
+    assert "Where it loses: 1 pair on a line: NumPy 0.50." in text
+    assert "2026-01-02" in text
+    assert max(map(len, text.splitlines())) <= 120
+
+
+def test_rewriting_touches_nothing_else(report):
+    readme = f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n"
+    new = report.rewrite(readme, "new")
+    assert new == f"before\n{report.BEGIN}\nnew\n{report.END}\nafter\n"
+    with pytest.raises(SystemExit):
+        report.rewrite("no markers", "new")
+
+
+def test_the_readme_was_written_by_it(report):
+    readme = (ROOT / "README.md").read_text()
+    inside = readme.partition(report.BEGIN)[2].partition(report.END)[0]
+    for label, *_ in report.CONTESTANTS.values():
+        if label != report.CONTESTANTS["pymunk"][0]:
+            assert f"{label}" in inside
+    assert report.COMMAND in inside.replace("\n", " ")
+    for name in ("sizes.svg", "bars.svg"):
+        assert f"benchmarks/results/{name}" in inside
+        assert (report.RESULTS / name).exists()
