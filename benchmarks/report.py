@@ -21,7 +21,8 @@ COMMAND = (
     "python -m pytest benchmarks --benchmark-json=benchmarks/results/last.json && "
     "python benchmarks/report.py benchmarks/results/last.json"
 )
-FORMS = {"line": "on a line", "plane": "in the plane", "polar": "polar form"}
+FORMS = {"line": "on a line", "plane": "in the plane", "polar": "polar form", "impact": "time of impact"}
+COLLISIONS = ("line", "plane", "polar")
 # Name in the data: name in the table, name in the pictures, colour, marker.
 CONTESTANTS = {
     "bytes only": ("the memory limit: the same bytes, nothing computed", "the memory limit", "#8b949e", ""),
@@ -117,15 +118,15 @@ def options(data: dict[str, Any]) -> str:
         of = {
             v["form"]: v["as fast as the reference"] for v in variants if v["variant"] == name and v["n"] == 1_000_000
         }
-        parts.append(f"{name.replace('_', ' ')} {' / '.join(f'{of[form]:.2f}' for form in FORMS)}")
-    return "; ".join(parts) + f" ({' / '.join(FORMS.values())})"
+        parts.append(f"{name.replace('_', ' ')} {' / '.join(f'{of[form]:.2f}' for form in COLLISIONS)}")
+    return "; ".join(parts) + f" ({' / '.join(FORMS[form] for form in COLLISIONS)})"
 
 
 def latencies(found: dict[Key, Entry], threads: int) -> str:
     parts = []
-    for form, label in FORMS.items():
+    for form in COLLISIONS:
         own, other = (found[form, 1, threads, name] for name in ("collide", "NumPy"))
-        parts.append(f"{label} {1e6 / own.rate:.1f} us, NumPy's expression {1e6 / other.rate:.1f}")
+        parts.append(f"{FORMS[form]} {1e6 / own.rate:.1f} us, NumPy's expression {1e6 / other.rate:.1f}")
     return "; ".join(parts)
 
 

@@ -40,11 +40,12 @@ def same_answers(contestant, case):
         contestant.reset()
         contestant()
         got, tolerance = contestant.answer(), 1e-5
-        want = yardsticks.RESOLVE[case.form](*case.columns, approaching_only=True)
+        want = yardsticks.FUNCTIONS[case.form](*case.columns, approaching_only=True)
     else:
-        want = yardsticks.RESOLVE[case.form](*case.columns)
+        want = np.atleast_2d(yardsticks.FUNCTIONS[case.form](*case.columns))
         for u in case.out:
             u.fill(np.nan)
-        got, tolerance = contestant(), 1e-12
+        # Times of impact by the textbook's discriminant lose half of their digits near a graze.
+        got, tolerance = contestant(), 1e-6 if case.form == "impact" else 1e-12
     for u, w in zip(got, want, strict=True):
         np.testing.assert_allclose(u, w, rtol=tolerance, atol=20 * tolerance)

@@ -4,51 +4,51 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from yardsticks import FORMS, RESOLVE, collide_itself, make_case
+from yardsticks import FUNCTIONS, collide_itself, make_case
 
 
 def float32(case):
     columns = [c.astype(np.float32) for c in case.columns]
     out = tuple(u.astype(np.float32) for u in case.out)
-    return lambda: RESOLVE[case.form](*columns, out=out)
+    return lambda: FUNCTIONS[case.form](*columns, out=out)
 
 
 def scalar_masses(case):
-    return lambda: RESOLVE[case.form](1.0, 2.0, *case.columns[2:], out=case.out)
+    return lambda: FUNCTIONS[case.form](1.0, 2.0, *case.columns[2:], out=case.out)
 
 
 def allocating(case):
-    return lambda: RESOLVE[case.form](*case.columns)
+    return lambda: FUNCTIONS[case.form](*case.columns)
 
 
 def in_place(case):
     """The velocities are resolved over and over; in polar form the results go over the speeds and directions."""
     columns = [c.copy() for c in case.columns]
     if case.form == "polar":
-        return lambda: RESOLVE[case.form](*case.columns[:2], *columns[2:], out=tuple(columns[2:6]), invalid="keep")
-    return lambda: RESOLVE[case.form](*columns, out=tuple(columns[2 : 2 + len(case.out)]))
+        return lambda: FUNCTIONS[case.form](*case.columns[:2], *columns[2:], out=tuple(columns[2:6]), invalid="keep")
+    return lambda: FUNCTIONS[case.form](*columns, out=tuple(columns[2 : 2 + len(case.out)]))
 
 
 def strided(case):
     """The columns of one array of pairs."""
     columns = np.stack(case.columns, 1).T
-    return lambda: RESOLVE[case.form](*columns, out=case.out)
+    return lambda: FUNCTIONS[case.form](*columns, out=case.out)
 
 
 def approaching_only(case):
-    return lambda: RESOLVE[case.form](*case.columns, out=case.out, approaching_only=True)
+    return lambda: FUNCTIONS[case.form](*case.columns, out=case.out, approaching_only=True)
 
 
 def restitution_array(case):
     e = np.full(case.n, 0.9)
-    return lambda: RESOLVE[case.form](*case.columns, out=case.out, restitution=e)
+    return lambda: FUNCTIONS[case.form](*case.columns, out=case.out, restitution=e)
 
 
 VARIANTS = [float32, scalar_masses, allocating, in_place, strided, approaching_only, restitution_array]
 
 
 @pytest.mark.parametrize("variant", VARIANTS, ids=lambda variant: variant.__name__)
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", ["line", "plane", "polar"])
 @pytest.mark.parametrize("n", [10_000, 1_000_000])
 def test_variant(race, benchmark, n, form, variant):
     case = make_case(form, n)

@@ -26,11 +26,19 @@ import numpy as np
 import collide
 from collide._arrays import resolve
 from collide._demo import numpy_2d, numpy_polar, random_pairs
-from collide._limit import CARTESIAN_LIMIT, LINE_LIMIT, POLAR_LIMIT
+from collide._limit import CARTESIAN_LIMIT, IMPACT_LIMIT, LINE_LIMIT, POLAR_LIMIT
 
 Array = np.ndarray[Any, np.dtype[Any]]
-FORMS = ("line", "plane", "polar")
-RESOLVE = {"line": collide.resolve_1d, "plane": collide.resolve_2d, "polar": collide.resolve_polar}
+FORMS = ("line", "plane", "polar", "impact")
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "line": collide.resolve_1d,
+    "plane": collide.resolve_2d,
+    "polar": collide.resolve_polar,
+    "impact": collide.time_of_impact,
+}
+
+
+RESULTS = {"line": 2, "plane": 4, "polar": 4, "impact": 1}
 
 
 class MissingError(Exception):
@@ -51,10 +59,14 @@ class Case:
 @functools.lru_cache(maxsize=1)  # 10^7 pairs take 1.9 GB with their results
 def arrays(form: str, n: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
     """Seeded pairs in one form, and arrays for their results."""
-    cartesian, polar = random_pairs(n)
-    m1, m2, v1x, _, v2x, *_ = cartesian
-    columns = {"line": [m1, m2, v1x, v2x], "plane": cartesian, "polar": polar}[form]
-    return tuple(columns), tuple(np.zeros(n) for _ in range(2 if form == "line" else 4))
+    if form == "impact":
+        rng = np.random.default_rng(0)
+        columns = [*rng.uniform(-50.0, 50.0, (2, n)), *rng.normal(size=(2, n)), rng.uniform(1.0, 2.0, n)]
+    else:
+        cartesian, polar = random_pairs(n)
+        m1, m2, v1x, _, v2x, *_ = cartesian
+        columns = {"line": [m1, m2, v1x, v2x], "plane": cartesian, "polar": polar}[form]
+    return tuple(c.copy() for c in columns), tuple(np.zeros(n) for _ in range(RESULTS[form]))
 
 
 def make_case(form: str, n: int) -> Case:
@@ -66,18 +78,17 @@ Call = Callable[[], Sequence[Array]]
 
 
 def collide_itself(case: Case) -> Call:
-    function = RESOLVE[case.form]
-
-    def call() -> Sequence[Array]:
-        return function(*case.columns, out=case.out)  # type: ignore[no-any-return, operator]
-
-    return call
+    function = FUNCTIONS[case.form]
+    if RESULTS[case.form] == 1:
+        return lambda: (function(*case.columns, out=case.out[0]),)
+    return lambda: function(*case.columns, out=case.out)  # type: ignore[no-any-return]
 
 
 def bytes_only(case: Case) -> Call:
     """The memory limit: the same loads and stores, and next to no arithmetic."""
-    form = {"line": LINE_LIMIT, "plane": CARTESIAN_LIMIT, "polar": POLAR_LIMIT}[case.form]
-    return lambda: resolve(form, (*case.columns, 1.0), False, "raise", case.out)
+    form = {"line": LINE_LIMIT, "plane": CARTESIAN_LIMIT, "polar": POLAR_LIMIT, "impact": IMPACT_LIMIT}[case.form]
+    columns = case.columns if case.form == "impact" else (*case.columns, 1.0)
+    return lambda: resolve(form, columns, False, "raise", case.out)
 
 
 def numpy_1d(m1: Any, m2: Any, v1: Any, v2: Any) -> Any:
@@ -85,9 +96,18 @@ def numpy_1d(m1: Any, m2: Any, v1: Any, v2: Any) -> Any:
     return v1 - m2 * q, v2 + m1 * q
 
 
+def numpy_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
+    """The textbook's discriminant, which loses near a graze what collide keeps."""
+    b, square = dx * dvx + dy * dvy, dvx * dvx + dvy * dvy
+    gap = dx * dx + dy * dy - distance * distance
+    under = b * b - square * gap
+    t = (-b - np.sqrt(np.maximum(under, 0.0))) / square
+    return (np.where((b < 0.0) & (under >= 0.0), np.maximum(t, 0.0), np.inf),)
+
+
 def numpy_expression(case: Case) -> Call:
     """Always on one thread."""
-    function = {"line": numpy_1d, "plane": numpy_2d, "polar": numpy_polar}[case.form]
+    function = {"line": numpy_1d, "plane": numpy_2d, "polar": numpy_polar, "impact": numpy_impact}[case.form]
     return lambda: function(*case.columns)
 
 
@@ -123,6 +143,23 @@ def prange_polar(m1, m2, v1, theta1, v2, theta2, phi, u1x, u1y, u2x, u2y):
 
 
 @numba.njit(**OPTIONS)
+def prange_impact(dx, dy, dvx, dvy, distance, t):
+    for k in numba.prange(t.size):
+        b = dx[k] * dvx[k] + dy[k] * dvy[k]
+        square = dvx[k] * dvx[k] + dvy[k] * dvy[k]
+        under = b * b - square * (dx[k] * dx[k] + dy[k] * dy[k] - distance[k] * distance[k])
+        t[k] = np.inf
+        if b < 0.0 and under >= 0.0:
+            t[k] = max(0.0, (-b - np.sqrt(under)) / square)
+
+
+@numba.njit(**OPTIONS)
+def same_impact(dx, dy, dvx, dvy, distance, t):
+    for k in numba.prange(t.size):
+        t[k] = collide.scalar.time_of_impact(dx[k], dy[k], dvx[k], dvy[k], distance[k])
+
+
+@numba.njit(**OPTIONS)
 def same_line(m1, m2, v1, v2, u1, u2):
     for k in numba.prange(m1.size):
         u1[k], u2[k] = collide.scalar.resolve_1d(m1[k], m2[k], v1[k], v2[k])
@@ -138,14 +175,15 @@ def same_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, u1x, u1y, u2x, u2y):
 
 def prange_plain(case: Case) -> Call:
     """Numba's parallel loop over the plain formula, in polar form with libm: the fastest that prange can be."""
-    return _prange({"line": prange_line, "plane": prange_plane, "polar": prange_polar}[case.form], case)
+    loops = {"line": prange_line, "plane": prange_plane, "polar": prange_polar, "impact": prange_impact}
+    return _prange(loops[case.form], case)
 
 
 def prange_same(case: Case) -> Call:
     """Numba's parallel loop over the library's own formula, with its guards over the whole floating-point range."""
     if case.form == "polar":
         raise MissingError("the library's sine in a scalar loop is no contestant in polar form")
-    return _prange({"line": same_line, "plane": same_plane}[case.form], case)
+    return _prange({"line": same_line, "plane": same_plane, "impact": same_impact}[case.form], case)
 
 
 def _prange(function: Any, case: Case) -> Call:
@@ -176,6 +214,8 @@ def _c_library() -> ctypes.CDLL:
 
 def c_loop(case: Case) -> Call:
     """cc -O3 -march=native -fopenmp, the plain formula."""
+    if case.form == "impact":
+        raise MissingError("measured on collisions only")
     function = getattr(_c_library(), case.form)
     pointers = [ctypes.c_void_p(a.ctypes.data) for a in (*case.columns, *case.out)]
 
@@ -197,6 +237,8 @@ def _peer(name: str) -> Any:
 
 
 def _all_threads_only(case: Case) -> None:
+    if case.form == "impact":
+        raise MissingError("measured on collisions only")
     if case.threads < numba.config.NUMBA_NUM_THREADS:
         raise MissingError("measured on all threads only")
 

@@ -2,15 +2,17 @@
 
 from . import scalar
 from ._threads import get_num_threads, set_num_threads
-from .batch import resolve_1d, resolve_2d, resolve_polar
+from .batch import impulse_2d, resolve_1d, resolve_2d, resolve_polar, time_of_impact
 from .errors import InvalidPairError
 
 __all__ = [
     "InvalidPairError",
     "get_num_threads",
+    "impulse_2d",
     "resolve_1d",
     "resolve_2d",
     "resolve_polar",
     "scalar",
     "set_num_threads",
+    "time_of_impact",
 ]

@@ -25,13 +25,12 @@ _FLOAT64, _FLOAT32 = np.dtype(np.float64), np.dtype(np.float32)
 _NOTHING = {dtype: np.empty(0, dtype) for dtype in (_FLOAT64, _FLOAT32)}
 _BOOLS = bool, np.bool_
 _WEAK: dict[type, Any] = {bool: False, int: 0, float: 0.0}
-_RULES = {"raise": False, "keep": False, "nan": True}
 
 # Arguments that a kernel cannot read as they lie are copied, and converted, this many pairs at a time: in the cache.
 _BLOCK = 1 << 13
-# NumPy's flags C_CONTIGUOUS and ALIGNED.
-_READY = 0x0001 | 0x0100
-# Up to here a copy is cheaper than thinking: about overlaps between out and the inputs, about strides and dtypes.
+# NumPy's flags C_CONTIGUOUS and WRITEABLE.
+_READY, _WRITEABLE = 0x0001, 0x0400
+# Up to here a copy is cheaper than thinking: about strides, and about what overlaps what.
 _SMALL = 1 << 12
 
 
@@ -62,9 +61,9 @@ def resolve(form: Form, inputs: tuple[Any, ...], approaching_only: Any, invalid:
     """The outputs of a call, scalars where all inputs are scalars."""
     if approaching_only is not False and not isinstance(approaching_only, _BOOLS):
         raise TypeError(f"approaching_only = {approaching_only!r}: must be True or False")
-    if type(invalid) is not str or invalid not in _RULES:
-        raise ValueError(f"invalid = {invalid!r}: must be one of {', '.join(map(repr, _RULES))}")
-    options = bool(approaching_only), _RULES[invalid]
+    if type(invalid) is not str or invalid not in form.rules:
+        raise ValueError(f"invalid = {invalid!r}: must be one of {', '.join(map(repr, form.rules))}")
+    options = bool(approaching_only), form.rules[invalid]
     outputs, tally = _direct(form, inputs, out, options) or _general(form, inputs, out, options)
     if tally and invalid == "raise":
         index = tuple(int(i) for i in np.unravel_index(tally.first, outputs[0].shape))
@@ -78,7 +77,8 @@ def _direct(
 ) -> tuple[Sequence[Any], Tally | None] | None:
     """Numbers, and arrays of one shape and dtype as a kernel takes them: the common case, in a third of the time.
 
-    None if it is not that. Whether outputs overlap inputs is left to the kernel, which refuses.
+    Whether outputs overlap inputs is left to the kernel, which refuses. Where that or strides are in the way of a small
+    batch, copies are made. None if it is not the common case.
     """
     n, shape, dtype = 0, (), _FLOAT64
     columns, scalars, numbers = [*inputs], _empty(len(inputs)), []
@@ -89,11 +89,10 @@ def _direct(
                 n, shape, dtype = value.size, value.shape, value.dtype
                 if not (n and shape and dtype in _NOTHING):
                     return None
-                strides = value.strides if value.flags.c_contiguous else _empty(shape, dtype).strides
             # Identity: Numba takes a byte-swapped array for a native one that it has seen.
             if value.dtype is not dtype or value.shape != shape:
                 return None
-            if value.strides != strides:
+            if not value.flags.c_contiguous:
                 if n > _SMALL:
                     return None
                 columns[i] = value.copy()
@@ -109,47 +108,48 @@ def _direct(
         return None  # a NumPy scalar counts for the result's dtype, Python's numbers do not
     for i in numbers:
         columns[i] = _NOTHING[dtype]
-    if out is None:
-        targets = outputs = _new(shape or (1,), dtype, columns, len(form.outputs))
-    elif type(out) is not tuple or len(out) != len(form.outputs) or not n:
-        return None
-    elif _all_like(out, dtype, shape, strides):
-        targets = outputs = [*out]
-    elif n <= _SMALL:
-        outputs = _checked(form.outputs, out, shape, dtype)
-        targets = _new(shape, dtype, columns, len(out))
-    else:
-        return None
-    results = targets
     if len(shape) > 1:
-        columns, results = [c.reshape(-1) for c in columns], [u.reshape(-1) for u in targets]
-    try:
-        tally = _call(form.kernels[dtype].compiled, columns, results, scalars, n or 1, options)
-    except TypeError:  # Numba's, and slow: for an array that is not aligned or an output that is read-only
+        columns = [c.reshape(-1) for c in columns]
+    kernel = form.kernels[dtype].compiled
+    if out is None:
+        outputs = _new(shape or (1,), dtype, columns, len(form.outputs))
+        tally = _call(kernel, columns, outputs, scalars, n or 1, options)
+        return outputs if n else [u[0] for u in outputs], tally
+    if not n or not isinstance(out, tuple) or len(out) != len(form.outputs):
         return None
-    if tally and tally.n_invalid < 0:
+    if _all_like(out, dtype, shape):
+        tally = _call(kernel, columns, out, scalars, n, options)
+        if tally is None or tally.n_invalid > 0:
+            return [*out], tally
+    if n > _SMALL:
         return None
-    _copy_back(targets, outputs)
-    return outputs if n else [u[0] for u in outputs], tally
+    outputs = _checked(form.outputs, out, shape, dtype)
+    targets = _new(shape, dtype, columns, len(out))
+    tally = _call(kernel, columns, targets, scalars, n, options)
+    _copy_to(outputs, targets)
+    return outputs, tally
 
 
-def _all_like(arrays: tuple[Any, ...], dtype: Any, shape: tuple[int, ...], strides: tuple[int, ...]) -> bool:
+def _all_like(arrays: tuple[Any, ...], dtype: Any, shape: tuple[int, ...]) -> bool:
+    """Whether a kernel can write its results to these as they lie."""
+    ready = _READY | _WRITEABLE
     for a in arrays:  # a loop: the generator of all() takes a third longer
-        if type(a) is not _ndarray or a.dtype is not dtype or a.shape != shape or a.strides != strides:
+        if type(a) is not _ndarray or a.dtype is not dtype or a.shape != shape or a.flags.num & ready != ready:
             return False
     return True
 
 
-def _copy_back(targets: Sequence[Array], outputs: Sequence[Array]) -> None:
-    if targets is not outputs:
-        for u, target in zip(outputs, targets, strict=True):
-            u[...] = target
+def _copy_to(outputs: Sequence[Array], targets: Sequence[Array]) -> None:
+    for u, target in zip(outputs, targets, strict=True):
+        u[...] = target
 
 
 def _call(
     kernel: Any, columns: Sequence[Array], outputs: Sequence[Array], scalars: Array, n: int, options: Options
 ) -> Tally | None:
-    """The pairs of flat arrays, on as many threads as they are worth; -1 are invalid if the kernel refuses."""
+    """The pairs of contiguous arrays, on as many threads as they are worth; -1 are invalid if the kernel refuses."""
+    if len(outputs[0].shape) > 1:
+        outputs = [u.reshape(-1) for u in outputs]
     if not _threads.is_shared(n):
         n_invalid, first = kernel(*columns, *outputs, scalars, 0, n, *options)
         return Tally(n_invalid, first, scalars) if n_invalid else None
@@ -178,7 +178,9 @@ def _general(form: Form, inputs: tuple[Any, ...], out: Any, options: Options) ->
         fresh = outputs[0].size <= _SMALL or _clash(batch, outputs)
         targets = _new(shape, dtype, batch.arrays, len(outputs)) if fresh else outputs
     tally = _run(form.kernels[dtype].compiled, batch, targets, options)
-    _copy_back(targets, outputs)
+    assert tally is None or tally.n_invalid > 0  # nothing is left that a kernel refuses
+    if targets is not outputs:
+        _copy_to(outputs, targets)
     return outputs if out is not None or shape else [u[()] for u in outputs], tally
 
 
@@ -254,15 +256,16 @@ def _checked(names: Sequence[str], out: Any, shape: tuple[int, ...], dtype: np.d
         raise TypeError(f"out = {type(out).__name__}: must be None or a tuple of {len(names)} arrays")
     if len(out) != len(names):
         raise ValueError(f"out has {len(out)} arrays: must have {len(names)}, for {', '.join(names)}")
-    for i, u in enumerate(out):
+    labels = [f"out[{i}]" for i in range(len(out))] if len(out) > 1 else ["out"]
+    for label, u in zip(labels, out, strict=True):
         if not isinstance(u, np.ndarray) or isinstance(u, MaskedArray):
-            raise TypeError(f"out[{i}] is of type {type(u).__name__}: must be a NumPy array")
+            raise TypeError(f"{label} is of type {type(u).__name__}: must be a NumPy array")
         if u.dtype != dtype:
-            raise TypeError(f"out[{i}] has dtype {u.dtype}: must have the result's, {dtype}")
+            raise TypeError(f"{label} has dtype {u.dtype}: must have the result's, {dtype}")
         if u.shape != shape:
-            raise ValueError(f"out[{i}] has shape {u.shape}: must have the broadcast shape, {shape}")
+            raise ValueError(f"{label} has shape {u.shape}: must have the broadcast shape, {shape}")
         if not u.flags.writeable:
-            raise ValueError(f"out[{i}] is read-only")
+            raise ValueError(f"{label} is read-only")
     for (i, a), (j, b) in itertools.combinations(enumerate(out), 2):
         if a is b or _overlap(a, b):
             raise ValueError(f"out[{i}] and out[{j}] share memory")
@@ -321,11 +324,11 @@ def _run(kernel: Any, batch: Batch, targets: Sequence[Array], options: Options) 
 
 
 def _flat(array: Array, dtype: np.dtype[Any]) -> Array | None:
-    """The array as a kernel reads it: one contiguous run of native, aligned numbers. None where it is not that.
+    """The array as a kernel reads it: one contiguous run of native numbers. None where it is not that.
 
     The kernel must not be left to find out: Numba takes a byte-swapped array for a native one that it has seen.
     """
-    if array.dtype == dtype and array.flags.num & _READY == _READY:
+    if array.dtype == dtype and array.flags.c_contiguous:
         return array if type(array) is np.ndarray and array.ndim == 1 else np.asarray(array).reshape(-1)
     return None
 

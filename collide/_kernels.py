@@ -38,8 +38,8 @@ def _loop(
     The values of that first pair join those in `scalars`: in place the columns may not have them any more. Where an
     output overlaps something otherwise than in place nothing is done, and -1 are invalid.
 
-    `collide` gives the velocities before and after, the closing speed and the changes along n; `valid` says which
-    inputs obey the rules.
+    `collide` gives the results of a pair that is left alone and of one that collides, the closing speed, and a number
+    and signs that tell valid input: the number is small and no sign bit set. `valid` is the exact check.
     """
     relation = overlap(columns, outputs)
     if relation < 0:
@@ -48,7 +48,7 @@ def _loop(
     head = lead(outputs, start)
     # In place the lines are in the cache already, and a streaming store would throw them out first.
     streaming = head >= 0 and outputs[0].nbytes >= STREAM_BYTES and relation == 0
-    # Velocities from arrays fit the outputs; one that is a scalar may not. Then every step is looked at.
+    # What comes from float32 arrays fits float32 outputs; a scalar may not. Then every step is looked at.
     beyond = _beyond(columns, outputs, scalars)
     usual = is_usual(columns)
     n_invalid, first_invalid = 0, -1
@@ -56,15 +56,14 @@ def _loop(
     n = min(head if head > 0 else width, stop - start)
     while k < stop:
         values = load(columns, scalars, k, n, usual)
-        signs = (values[0], values[1], values[-1])
-        # Of a pair that is skipped the result does not tell whether its masses obey the rules.
-        break_rules = approaching and any_lane(~valid(*values))
-        before, after, closing, changes = collide(*values)
+        before, after, closing, size, signs = collide(*values)
+        break_rules = False
         if approaching:
+            # Of a pair that is skipped the size does not tell whether its masses obey the rules.
+            break_rules = any_lane(~valid(values, before, outputs))
             # Not `closing > 0`: NaN has to go on to the check.
             after = select_each(closing <= 0.0, before, after)
-        # Only valid input gives changes that are finite, but for the sign of a mass or of e.
-        if break_rules or beyond or any_lane(doubt(changes[0] + changes[1], outputs, signs)):
+        if break_rules or beyond or any_lane(doubt(size, outputs, signs)):
             is_first = n_invalid == 0
             after, bad, at = _carefully(collide, valid, columns, outputs, scalars, k, n, approaching, nan, is_first)
             if is_first:
@@ -95,10 +94,10 @@ def _carefully(
     """
     out_of_line()
     values = load(columns, scalars, k, n, False)
-    before, after, closing, _ = collide(*values)
+    before, after, closing, _, _ = collide(*values)
     if approaching:
         after = select_each(closing <= 0.0, before, after)
-    bad = leading(~(valid(*values) & all_finite(after, outputs)), n)
+    bad = leading(~valid(values, after, outputs), n)
     n_bad, at = count(bad), -1
     if n_bad > 0:
         i = first(bad)
@@ -120,40 +119,36 @@ def _beyond(columns: Any, outputs: Any, scalars: Any) -> bool:
 
 
 @formula
-def _valid_masses(m1: Any, m2: Any, restitution: Any) -> Any:
+def _valid_masses(values: Any, results: Any, outputs: Any) -> Any:
     """Two infinite masses pass: they give NaN where the pair collides, and may be skipped where it does not."""
-    return (m1 >= 0.0) & (m2 >= 0.0) & (m1 + m2 > 0.0) & (restitution >= 0.0) & (restitution < math.inf)
+    m1, m2, e = values[0], values[1], values[-1]
+    return (m1 >= 0.0) & (m2 >= 0.0) & (m1 + m2 > 0.0) & (e >= 0.0) & (e < math.inf) & all_finite(results, outputs)
 
 
 @formula
-def _collide_1d(m1: Any, m2: Any, v1: Any, v2: Any, restitution: Any) -> Any:
-    after, closing, changes = scalar.on_line(m1, m2, v1, v2, restitution)
-    return (v1, v2), after, closing, changes
-
-
-@formula
-def _valid_1d(m1: Any, m2: Any, v1: Any, v2: Any, restitution: Any) -> Any:
-    return _valid_masses(m1, m2, restitution)
+def _collide_1d(m1: Any, m2: Any, v1: Any, v2: Any, e: Any) -> Any:
+    after, closing, (j1, j2) = scalar.on_line(m1, m2, v1, v2, e)
+    return (v1, v2), after, closing, j1 + j2, (m1, m2, e)
 
 
 def _kernel_1d(  # type: ignore[no-untyped-def]  # compiled only
     m1, m2, v1, v2, e, u1, u2, scalars, start, stop, approaching, nan
 ):
     columns, outputs = (m1, m2, v1, v2, e), (u1, u2)
-    return _loop(_collide_1d, _valid_1d, columns, outputs, scalars, start, stop, approaching, nan)
+    return _loop(_collide_1d, _valid_masses, columns, outputs, scalars, start, stop, approaching, nan)
 
 
 @formula
-def _collide_2d(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, restitution: Any) -> Any:
+def _collide_2d(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, e: Any) -> Any:
     nx, ny, square = scalar.normal(nx, ny)
-    after, closing, changes = scalar.in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, square, restitution)
-    return (v1x, v1y, v2x, v2y), after, closing, changes
+    after, closing, (j1, j2) = scalar.in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, square, e)
+    return (v1x, v1y, v2x, v2y), after, closing, j1 + j2, (m1, m2, e)
 
 
 @formula
-def _valid_2d(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, restitution: Any) -> Any:
-    _, _, square = scalar.normal(nx, ny)
-    return _valid_masses(m1, m2, restitution) & (square > 0.0) & (square < math.inf)
+def _valid_2d(values: Any, results: Any, outputs: Any) -> Any:
+    _, _, square = scalar.normal(values[6], values[7])
+    return _valid_masses(values, results, outputs) & (square > 0.0) & (square < math.inf)
 
 
 def _kernel_2d(  # type: ignore[no-untyped-def]  # compiled only
@@ -164,22 +159,51 @@ def _kernel_2d(  # type: ignore[no-untyped-def]  # compiled only
 
 
 @formula
-def _collide_polar(m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any, restitution: Any) -> Any:
+def _collide_polar(m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any, e: Any) -> Any:
     v1x, v1y, v2x, v2y, nx, ny = scalar.from_polar(v1, theta1, v2, theta2, phi)
-    after, closing, changes = scalar.in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, 1.0, restitution)
-    return (v1x, v1y, v2x, v2y), after, closing, changes
-
-
-@formula
-def _valid_polar(m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any, restitution: Any) -> Any:
-    return _valid_masses(m1, m2, restitution)
+    after, closing, (j1, j2) = scalar.in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, 1.0, e)
+    return (v1x, v1y, v2x, v2y), after, closing, j1 + j2, (m1, m2, e)
 
 
 def _kernel_polar(  # type: ignore[no-untyped-def]  # compiled only
     m1, m2, v1, theta1, v2, theta2, phi, e, u1x, u1y, u2x, u2y, scalars, start, stop, approaching, nan
 ):
     columns, outputs = (m1, m2, v1, theta1, v2, theta2, phi, e), (u1x, u1y, u2x, u2y)
-    return _loop(_collide_polar, _valid_polar, columns, outputs, scalars, start, stop, approaching, nan)
+    return _loop(_collide_polar, _valid_masses, columns, outputs, scalars, start, stop, approaching, nan)
+
+
+@formula
+def _impulse(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, e: Any) -> Any:
+    nx, ny, square = scalar.normal(nx, ny)
+    _, closing, (j1, j2) = scalar.in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, square, e)
+    p = (scalar.impulse(m1, m2, j1, j2, square),)
+    return fill(p, 0.0), p, closing, p[0], (m1, m2, e)
+
+
+def _kernel_impulse(  # type: ignore[no-untyped-def]  # compiled only
+    m1, m2, v1x, v1y, v2x, v2y, nx, ny, e, p, scalars, start, stop, approaching, nan
+):
+    columns = (m1, m2, v1x, v1y, v2x, v2y, nx, ny, e)
+    return _loop(_impulse, _valid_2d, columns, (p,), scalars, start, stop, approaching, nan)
+
+
+@formula
+def _impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
+    t, size = scalar.impact(dx, dy, dvx, dvy, distance)
+    return (t,), (t,), t, size, (distance,)
+
+
+@formula
+def _valid_impact(values: Any, results: Any, outputs: Any) -> Any:
+    dx, dy, dvx, dvy, distance = values
+    finite = (abs(dx) < math.inf) & (abs(dy) < math.inf) & (abs(dvx) < math.inf) & (abs(dvy) < math.inf)
+    return finite & (distance >= 0.0) & (distance < math.inf)
+
+
+def _kernel_impact(  # type: ignore[no-untyped-def]  # compiled only
+    dx, dy, dvx, dvy, distance, t, scalars, start, stop, approaching, nan
+):
+    return _loop(_impact, _valid_impact, (dx, dy, dvx, dvy, distance), (t,), scalars, start, stop, approaching, nan)
 
 
 class Form(NamedTuple):
@@ -188,9 +212,15 @@ class Form(NamedTuple):
     columns: tuple[str, ...]
     outputs: tuple[str, ...]
     kernels: dict[np.dtype[Any], Kernel]
+    rules: dict[str, bool]  # for each `invalid` that it knows, whether an invalid pair gets NaN
 
 
-def make_form(function: Callable[..., Any], names: tuple[str, ...], results: tuple[str, ...]) -> Form:
+_RULES = {"raise": False, "keep": False, "nan": True}
+
+
+def make_form(
+    function: Callable[..., Any], names: tuple[str, ...], results: tuple[str, ...], rules: dict[str, bool] = _RULES
+) -> Form:
     """The form of a kernel whose arguments are the columns, the outputs and what `_loop` takes beyond them."""
     kernels = {}
     for storage in (types.float64, types.float32):
@@ -206,10 +236,12 @@ def make_form(function: Callable[..., Any], names: tuple[str, ...], results: tup
             types.boolean,
         )
         kernels[np.dtype(str(storage))] = Kernel(function, signature, f"{function.__name__}-{storage}")
-    return Form(names, results, kernels)
+    return Form(names, results, kernels, rules)
 
 
 _PLANE = ("u1x", "u1y", "u2x", "u2y")
 LINE_FORM = make_form(_kernel_1d, ("m1", "m2", "v1", "v2", "restitution"), ("u1", "u2"))
 CARTESIAN = make_form(_kernel_2d, ("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny", "restitution"), _PLANE)
 POLAR = make_form(_kernel_polar, ("m1", "m2", "v1", "theta1", "v2", "theta2", "phi", "restitution"), _PLANE)
+IMPULSE = make_form(_kernel_impulse, CARTESIAN.columns, ("impulse",))
+IMPACT = make_form(_kernel_impact, ("dx", "dy", "dvx", "dvy", "distance"), ("t",), {"raise": True, "nan": True})

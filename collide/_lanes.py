@@ -166,6 +166,22 @@ def _blend(typingctx: Any, mask: Any, x: Any, y: Any) -> Any:
     return lanes(mask, *(v if isinstance(v, Lanes) else types.float64 for v in (x, y))), codegen
 
 
+def square_root(x: Any) -> Any:
+    """Correctly rounded, the same bits everywhere."""
+    return np.sqrt(x)
+
+
+@compiles(square_root)
+def _square_root(x: Any) -> Any:
+    return lambda x: _sqrt(x)
+
+
+@intrinsic
+def _sqrt(typingctx: Any, x: Any) -> Any:
+    x = x if isinstance(x, Lanes) else types.float64
+    return x(x), lambda context, b, sig, args: _call(b, "sqrt", *args)
+
+
 def as_float64(x: Any) -> Any:
     """The number or array as float64: integers would wrap, and float32 round, on the way to the answer."""
     return np.asarray(x, np.float64)[()]
@@ -300,8 +316,9 @@ def doubt(typingctx: Any, change: Any, outputs: Any, signs: Any) -> Any:
     """Lane by lane, whether a change is too large for velocities to stay finite in the outputs, or a sign bit is set.
 
     The quick look before the exact one, an integer comparison of the change under the union of the signs. A finite
-    velocity overflows only by a change of half its last bit, 2**970 for float64 and 2**103 for float32. To ask the
-    results themselves is three additions and ten cycles later, which cost a tenth of the speed in cache.
+    velocity overflows only by a change of half its last bit, 2**970 for float64 and 2**103 for float32; the limits
+    leave room for a normal of length 6. A sum of changes does: of masses that are not negative they have one sign. To
+    ask the results themselves is three additions and ten cycles later, which cost a tenth of the speed in cache.
     """
     limit = (1023 + (960 if outputs.dtype.dtype == types.float64 else 90)) << 52
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from ._jit import formula
-from ._kernels import CARTESIAN, LINE_FORM, POLAR, STREAM_BYTES, make_form
+from ._kernels import CARTESIAN, IMPACT, LINE_FORM, POLAR, STREAM_BYTES, make_form
 from ._lanes import LINE
 from ._memory import is_usual, lead, load, store
 
@@ -23,6 +23,11 @@ def _sums_on_line(values: Any) -> Any:
 @formula
 def _sums_in_plane(values: Any) -> Any:
     return values[0] + values[1], values[2] + values[3], values[4] + values[5], values[6] + values[-2]
+
+
+@formula
+def _sum_of_impact(values: Any) -> Any:
+    return (values[0] + values[1] + values[2] + values[3] + values[4],)
 
 
 @formula
@@ -60,6 +65,13 @@ def _bytes_polar(  # type: ignore[no-untyped-def]  # compiled only
     return _move(_sums_in_plane, columns, outputs, scalars, start, stop)
 
 
+def _bytes_impact(  # type: ignore[no-untyped-def]  # compiled only
+    dx, dy, dvx, dvy, distance, t, scalars, start, stop, approaching, nan
+):
+    return _move(_sum_of_impact, (dx, dy, dvx, dvy, distance), (t,), scalars, start, stop)
+
+
 LINE_LIMIT = make_form(_bytes_1d, LINE_FORM.columns, LINE_FORM.outputs)
 CARTESIAN_LIMIT = make_form(_bytes_2d, CARTESIAN.columns, CARTESIAN.outputs)
 POLAR_LIMIT = make_form(_bytes_polar, POLAR.columns, POLAR.outputs)
+IMPACT_LIMIT = make_form(_bytes_impact, IMPACT.columns, IMPACT.outputs)

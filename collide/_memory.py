@@ -1,7 +1,8 @@
 """Lanes in and out of memory: columns of float64 or float32 on one side, float64 lanes on the other.
 
 A column is a contiguous array, or, for a scalar, an empty one whose value stands in `scalars`: one compiled kernel
-serves every mix of the two. A step takes as many pairs as fill a cache line of the storage, 8 or 16.
+serves every mix of the two. A step takes as many pairs as fill a cache line of the storage, 8 or 16. Numba does not ask
+whether arrays are aligned, so nothing is promised of them, but where a line is to stream.
 """
 
 from __future__ import annotations
@@ -47,11 +48,10 @@ def _merge(builder: Any, *ways: tuple[Any, Any]) -> Any:
 
 @intrinsic
 def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, usual: Any) -> Any:
-    """Pairs k to k+n of every column; lanes past n hold zeros. `usual`: all but the last column are arrays."""
+    """Pairs k to k+n of every column; lanes past n hold ones, a valid pair. `usual`: only the last may be a scalar."""
     dtype = columns.dtype.dtype
     lanes = lanes_of(dtype)
     wide = ir.VectorType(_F64, lanes.width)
-    align = dtype.bitwidth // 8
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         arrays, scalar_array, k, n, usual = args
@@ -64,9 +64,9 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, usual: Any)
         def each(i: int, mask: Any) -> Any:
             vector, address = _vector_pointer(context, b, columns.dtype, arrays[i], k)
             if mask is None:
-                value = b.load(address, align=align)
+                value = b.load(address, align=1)
             else:
-                rest = [address, ir.Constant(_I32, align), mask, _constant(vector, 0.0)]
+                rest = [address, ir.Constant(_I32, 1), mask, _constant(vector, 1.0)]
                 value = _masked(b, "load", vector, vector, rest)
             return value if dtype == types.float64 else b.fpext(value, wide)
 
@@ -87,7 +87,7 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, usual: Any)
             with whole:
                 with b.if_else(usual) as (straight, mixed):
                     with straight:
-                        quick = [*(each(i, None) for i in numbers[:-1]), same(numbers[-1])]
+                        quick = [*(each(i, None) for i in numbers[:-1]), either(numbers[-1], None)]
                         from_quick = b.block
                     with mixed:
                         branched = [either(i, None) for i in numbers]
@@ -109,7 +109,6 @@ def store(typingctx: Any, outputs: Any, k: Any, n: Any, values: Any, streaming: 
     """The values of pairs k to k+n into the outputs. A full, aligned line may stream past the caches."""
     dtype = outputs.dtype.dtype
     lanes = lanes_of(dtype)
-    align = dtype.bitwidth // 8
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         arrays, k, n, lanes_out, streaming = args
@@ -127,11 +126,11 @@ def store(typingctx: Any, outputs: Any, k: Any, n: Any, values: Any, streaming: 
                         instruction.set_metadata("nontemporal", hint)
                 with plain:
                     for value, address, _ in targets:
-                        b.store(value, address, align=align)
+                        b.store(value, address, align=1)
             with part:
                 mask = lanes_below(b, n, lanes.width)
                 for value, address, vector in targets:
-                    _masked(b, "store", vector, ir.VoidType(), [value, address, ir.Constant(_I32, align), mask])
+                    _masked(b, "store", vector, ir.VoidType(), [value, address, ir.Constant(_I32, 1), mask])
         return context.get_dummy_value()
 
     return types.void(outputs, types.int64, types.int64, values, types.boolean), codegen
@@ -174,7 +173,7 @@ def overlap(columns: Any, outputs: Any) -> int:
 def is_usual(columns: Any) -> bool:
     """Whether all columns but the last are arrays."""
     out_of_line()
-    arrays = 0
-    for c in columns:
-        arrays += c.size > 0
-    return arrays == len(columns) - 1 and columns[-1].size == 0
+    n_scalars = 0
+    for c in columns[:-1]:
+        n_scalars += c.size == 0
+    return n_scalars == 0

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ._exact import two_sum
 from ._jit import compiles, formula, rare
 from ._lanes import Lanes, any_lane, differ_above, flip_sign, fma, get, lowest_bit, out_of_line, put, select
 
@@ -137,14 +138,6 @@ _FIRST, _LAST = 30 - 52, 1023 - 52
 _CHUNKS = _four_chunks()
 
 
-@formula
-def _two_sum(a: Any, b: Any) -> Any:
-    """a + b and its rounding error."""
-    s = a + b
-    t = s - a
-    return s, (a - (s - t)) + (b - t)
-
-
 @rare
 def _reduce_one(x: Any, reduced: Any) -> Any:
     """Payne and Hanek's reduction: only the bits of 2/pi that matter. NaN for inf."""
@@ -161,12 +154,12 @@ def _reduce_one(x: Any, reduced: Any) -> Any:
     a = (p0 - 4.0 * math.floor(0.25 * p0)) + fma(m, c[0], -p0)
     k = math.floor(a + 0.5)
     p1 = m * c[1]
-    a, a1 = _two_sum(a - k, p1)
+    a, a1 = two_sum(a - k, p1)
     j = math.floor(a + 0.5)
     p2 = m * c[2]
-    b, b1 = _two_sum(fma(m, c[1], -p1), p2)
-    b, b2 = _two_sum(a1, b)
-    high, low = _two_sum(a - j, b)
+    b, b1 = two_sum(fma(m, c[1], -p1), p2)
+    b, b2 = two_sum(a1, b)
+    high, low = two_sum(a - j, b)
     low += (b1 + b2) + (fma(m, c[2], -p2) + m * c[3])
     # Back from quarter turns to radians.
     r = high * _P1

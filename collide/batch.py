@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _arrays
-from ._kernels import CARTESIAN, LINE_FORM, POLAR
+from ._kernels import CARTESIAN, IMPACT, IMPULSE, LINE_FORM, POLAR
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -38,17 +38,17 @@ _SHARED = """
 
     m1, m2: masses, >= 0. inf is an immovable ball (a wall), 0 a test particle; not both of a pair inf, nor both 0.{own}
     restitution: e, finite and >= 0. 1 is elastic; 0 takes away all relative velocity along the line of centres.
-    approaching_only: bool. True leaves pairs that do not approach as they are{approach}.
+    approaching_only: bool. True {leaves} pairs that do not approach{approach}.
     invalid: what happens to a pair that breaks a rule above, or whose result is too large for its dtype:
-        "raise"  InvalidPairError; all other pairs are resolved, and this one keeps its velocities
-        "keep"   it keeps its velocities{kept}
+        "raise"  InvalidPairError; all other pairs are resolved, and this one gets what "keep" gives
+        "keep"   it {kept}
         "nan"    it gets NaN
-    out: None, or a tuple of {count} arrays of the result's shape and dtype to write to. The inputs themselves will do,
+    out: None, or {out} of the result's shape and dtype to write to. The inputs themselves will do,
         which is the in-place form; any other overlap gives what copies of the inputs would have given.
 
-    Returns the named tuple ({outputs}): float32 arrays where np.result_type of the inputs is float32 or float16
-    (Python scalars are weak), else float64; scalars if all inputs are scalars. The arithmetic is float64 throughout,
-    so a float32 result is the float64 result rounded once.
+    Returns {returns}: float32 where np.result_type of the inputs is float32 or float16 (Python scalars are weak), else
+    float64; scalars if all inputs are scalars. The arithmetic is float64 throughout, so a float32 result is the float64
+    result rounded once.
 
     Raises InvalidPairError (a ValueError) as said; ValueError for shapes that do not match, a read-only or doubled out,
     an unknown `invalid`; TypeError for other dtypes, masked arrays, an out of another dtype.
@@ -68,9 +68,10 @@ def _shared(**words: str) -> Callable[[Function], Function]:
 @_shared(
     own="\nv1, v2: velocities, ball 1 on the left.",
     approach=" (v1 <= v2)",
-    kept="",
-    count="2",
-    outputs="u1, u2",
+    leaves="leaves as they are the",
+    kept="keeps its velocities",
+    out="a tuple of 2 arrays",
+    returns="the named tuple (u1, u2)",
 )
 def resolve_1d(
     m1: ArrayLike,
@@ -102,9 +103,10 @@ def resolve_1d(
 v1x, v1y, v2x, v2y: velocity components.
 nx, ny: a vector n along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1, y2-y1 will do.""",
     approach=" ((v1-v2).n <= 0)",
-    kept="",
-    count="4",
-    outputs="u1x, u1y, u2x, u2y",
+    leaves="leaves as they are the",
+    kept="keeps its velocities",
+    out="a tuple of 4 arrays",
+    returns="the named tuple (u1x, u1y, u2x, u2y)",
 )
 def resolve_2d(
     m1: ArrayLike,
@@ -141,9 +143,10 @@ def resolve_2d(
 v1, v2: speeds; theta1, theta2: their directions.
 phi: direction of the line of centres, from ball 1 to ball 2.""",
     approach=" (v1 cos(theta1-phi) <= v2 cos(theta2-phi))",
-    kept=", v cos(theta) and v sin(theta)",
-    count="4",
-    outputs="u1x, u1y, u2x, u2y",
+    leaves="leaves as they are the",
+    kept="keeps its velocities, v cos(theta) and v sin(theta)",
+    out="a tuple of 4 arrays",
+    returns="the named tuple (u1x, u1y, u2x, u2y)",
 )
 def resolve_polar(
     m1: ArrayLike,
@@ -173,3 +176,88 @@ def resolve_polar(
     """
     inputs = m1, m2, v1, theta1, v2, theta2, phi, restitution
     return Velocities2D(*_arrays.resolve(POLAR, inputs, approaching_only, invalid, out))
+
+
+@_shared(
+    own="""
+v1x, v1y, v2x, v2y: velocity components.
+nx, ny: a vector n along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1, y2-y1 will do.""",
+    approach=" ((v1-v2).n <= 0)",
+    leaves="gives 0 for",
+    kept="gets 0",
+    out="an array",
+    returns="an array of impulses, mass times velocity",
+)
+def impulse_2d(
+    m1: ArrayLike,
+    m2: ArrayLike,
+    v1x: ArrayLike,
+    v1y: ArrayLike,
+    v2x: ArrayLike,
+    v2y: ArrayLike,
+    nx: ArrayLike,
+    ny: ArrayLike,
+    *,
+    restitution: ArrayLike = 1.0,
+    approaching_only: bool = False,
+    invalid: str = "raise",
+    out: Array | None = None,
+) -> Any:
+    """The impulse on ball 2 along n/|n| in collisions in the plane: positive for a pair that approaches.
+
+        p = (1+e) m1 m2/(m1+m2) (v1-v2).n / |n|
+
+    What `resolve_2d` transfers: m2 (u2-v2) = p n/|n| = -m1 (u1-v1). For pressure and other tallies.
+    ---
+    >>> collide.impulse_2d(1.0, np.inf, [2.0, 3.0], 0.0, 0.0, 0.0, 1.0, 0.0)
+    array([4., 6.])
+    """
+    inputs = m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution
+    return _arrays.resolve(IMPULSE, inputs, approaching_only, invalid, _one(out))[0]
+
+
+def time_of_impact(
+    dx: ArrayLike,
+    dy: ArrayLike,
+    dvx: ArrayLike,
+    dvy: ArrayLike,
+    distance: ArrayLike,
+    *,
+    invalid: str = "raise",
+    out: Array | None = None,
+) -> Any:
+    """The earliest times t >= 0 at which pairs of balls that move uniformly touch; inf for those that never do.
+
+        t = (d^2 - R^2) / (sqrt(R^2 w^2 - (d x w)^2) - d.w)
+
+    The root of |d + w t| = R that does not cancel. 0 for a pair that touches or overlaps and approaches; inf wherever
+    d.w >= 0, apart or not; an exact graze counts as touching. Good to 1e-15, far away and close by alike: see
+    `collide.scalar.time_of_impact`.
+
+    All arguments are numbers or arrays of bool, integer, float16, float32 or float64, and broadcast together by NumPy's
+    rules; a scalar stays one. Units: any consistent set.
+
+    dx, dy: d = x2-x1, from ball 1 to ball 2.
+    dvx, dvy: w = v2-v1, the velocity of ball 2 seen from ball 1.
+    distance: R = r1+r2, the distance of the centres at which the balls touch, >= 0.
+    invalid: what happens where an argument is not finite or the distance negative, besides the NaN in the result:
+        "raise"  InvalidPairError, after all other pairs have got their times
+        "nan"    nothing
+    out: None, or an array of the result's shape and dtype to write to. An input will do; any other overlap gives what
+        copies of the inputs would have given.
+
+    Returns an array: float32 where np.result_type of the inputs is float32 or float16 (Python scalars are weak), else
+    float64; a scalar if all inputs are scalars. The arithmetic is float64 throughout.
+
+    Raises InvalidPairError (a ValueError) as said; ValueError for shapes that do not match, a read-only out, an unknown
+    `invalid`; TypeError for other dtypes, masked arrays, an out of another dtype.
+
+    >>> collide.time_of_impact([5.0, 5.0], 0.0, [-1.0, 1.0], 0.0, 2.0)
+    array([ 3., inf])
+    """
+    return _arrays.resolve(IMPACT, (dx, dy, dvx, dvy, distance), False, invalid, _one(out))[0]
+
+
+def _one(out: Any) -> Any:
+    """The `out` of a function with one output, as the tuple of all outputs."""
+    return None if out is None else (out,)

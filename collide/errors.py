@@ -31,17 +31,19 @@ def reason(pair: Mapping[str, float]) -> str:
     The kernels decide which pairs are invalid; test_invalid.py holds that the two agree.
     """
     for name in ("m1", "m2"):
-        if not pair[name] >= 0.0:
+        if not pair.get(name, 1.0) >= 0.0:
             return f"{name} = {pair[name]}: a mass must be >= 0 (0 is a test particle, inf an immovable ball)"
-    if pair["m1"] == pair["m2"] == 0.0:
+    if pair.get("m1") == pair.get("m2") == 0.0:
         return "m1 = m2 = 0: one mass of a pair must be above 0"
+    not_negative = ("restitution", "distance")
     for name, value in pair.items():
-        if name not in ("m1", "m2", "restitution") and not math.isfinite(value):
+        if name not in ("m1", "m2", *not_negative) and not math.isfinite(value):
             return f"{name} = {value}: must be finite"
-    if not 0.0 <= pair["restitution"] < math.inf:
-        return f"restitution = {pair['restitution']}: must be finite and >= 0"
+    for name in not_negative:
+        if not 0.0 <= pair.get(name, 0.0) < math.inf:
+            return f"{name} = {pair[name]}: must be finite and >= 0"
     if pair.get("nx") == 0.0 and pair.get("ny") == 0.0:
         return "nx = ny = 0: the normal must have a length"
-    if pair["m1"] == pair["m2"] == math.inf:
+    if pair.get("m1") == pair.get("m2") == math.inf:
         return "m1 = m2 = inf: two immovable balls cannot collide"
-    return "the velocities after the collision, or a step on the way to them, are too large for the dtype of the result"
+    return "the result of the collision, or a step on the way to it, is too large for the dtype of the result"

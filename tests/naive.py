@@ -51,6 +51,24 @@ def resolve_polar(m1, m2, v1, theta1, v2, theta2, phi, e=1.0):
     return resolve_2d(m1, m2, *before, *polar_to_cartesian(1, phi), e)
 
 
+def impulse_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny, e=1.0):
+    """What the lighter ball's velocity changes by, times its mass, along n/|n| and as seen by ball 2."""
+    m1, m2, v1x, v1y, v2x, v2y, nx, ny, e = map(mpf, (m1, m2, v1x, v1y, v2x, v2y, nx, ny, e))
+    u1x, u1y, u2x, u2y = resolve_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny, e)
+    change = [v1x - u1x, v1y - u1y] if m1 <= m2 else [u2x - v2x, u2y - v2y]
+    return min(m1, m2) * (change[0] * nx + change[1] * ny) / mp.sqrt(nx * nx + ny * ny)
+
+
+def time_of_impact(dx, dy, dvx, dvy, distance):
+    """The smaller root of the quadratic, as a textbook has it, at enough digits that nothing is lost."""
+    with mp.workdps(150):
+        dx, dy, dvx, dvy, distance = map(mpf, (dx, dy, dvx, dvy, distance))
+        a, b, c = dvx**2 + dvy**2, dx * dvx + dy * dvy, dx**2 + dy**2 - distance**2
+        if b >= 0 or b**2 < a * c:
+            return mpf("inf")
+        return max(mpf(0), (-b - mp.sqrt(b**2 - a * c)) / a)
+
+
 def error_in_eps(got, exact, before):
     """The largest error of the components, in 2**-52 of the largest component before or after."""
     scale = max(abs(mpf(x)) for x in (*before, *exact))

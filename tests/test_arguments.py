@@ -160,6 +160,17 @@ def test_out(n):
     check(out, collide.resolve_2d(*c), rtol=0)
 
 
+def test_out_of_an_earlier_result():
+    c = columns(SMALL)
+    result = collide.resolve_2d(*c)
+    again = collide.resolve_2d(*c, out=result)
+    assert all(a is b for a, b in zip(again, result, strict=True))
+    check(again, reference(*c))
+    row = [x[None, :] for x in c]
+    out = tuple(np.empty((1, SMALL)) for _ in range(4))
+    check([u[0] for u in collide.resolve_2d(*row, out=out)], reference(*c))
+
+
 def test_out_of_other_layouts():
     c = columns(LARGE - LARGE % 4)
     want = collide.resolve_2d(*c)

@@ -15,7 +15,8 @@ PACKAGE = Path(collide.__file__).parent
 ORDER = [
     ["_jit"],
     ["_lanes"],
-    ["_sincos", "_memory"],
+    ["_exact", "_memory"],
+    ["_sincos"],
     ["scalar"],
     ["_kernels", "errors", "_threads"],
     ["_limit", "_arrays"],
@@ -55,11 +56,13 @@ def test_the_public_names():
     assert set(collide.__all__) == {
         "InvalidPairError",
         "get_num_threads",
+        "impulse_2d",
         "resolve_1d",
         "resolve_2d",
         "resolve_polar",
         "scalar",
         "set_num_threads",
+        "time_of_impact",
     }
     for name in collide.__all__:
         assert getattr(collide, name).__doc__
