@@ -72,14 +72,17 @@ def race(benchmark: Any) -> Callable[..., list[float]]:
     def run(
         contestant: Callable[[], Any], reference: Callable[[], Any], /, rounds: int | None = None, **info: Any
     ) -> list[float]:
-        prepare = getattr(contestant, "reset", contestant)
-        prepare()
-        contestant()
-        # Short calls are timed many at a time, but for those that have to be prepared one by one.
-        calls = 1 if prepare is not contestant else max(1, int(2e-3 / (_seconds(reference, 3) / 3)))
-        prepare()
-        once = _seconds(contestant, calls) + _seconds(reference, calls)
-        rounds = rounds or min(30, max(3, int(BUDGET / once)))
+        reset = getattr(contestant, "reset", None)
+        if reset is None:
+            contestant()
+            once = _seconds(contestant, 1)
+            # Short calls are timed many at a time. A long one has left the caches before it ends.
+            calls = max(1, int(2e-3 / (_seconds(reference, 3) / 3)))
+            prepare = contestant if once < 0.1 else reference
+        else:
+            reset()
+            once, calls, prepare = _seconds(contestant, 1), 1, reset
+        rounds = rounds or min(30, max(3, int(BUDGET / (once * calls + _seconds(reference, calls)))))
         references: list[float] = []
 
         def before() -> None:
