@@ -54,7 +54,7 @@ def test_shell(text, tmp_path):
     np.savez(tmp_path / "pairs.npz", **{k: np.ones(3) for k in ("m1", "m2", "v1x", "v1y", "v2y", "nx", "ny")}, v2x=0.0)
     for line in text.splitlines():
         if line not in KNOWN:
-            command = line.replace("collide ", f"{sys.executable} -m collide ", 1)
+            command = re.sub(r"^(python -m collide|collide)\b", f"{sys.executable} -m collide", line)
             subprocess.run(command, shell=True, cwd=tmp_path, check=True, timeout=120, capture_output=True)
 
 
