@@ -89,7 +89,7 @@ def _direct(
                 n, shape, dtype = value.size, value.shape, value.dtype
                 if not (n and shape and dtype in _NOTHING):
                     return None
-            # Identity: Numba takes a byte-swapped array for a native one that it has seen.
+            # The byte order too: Numba takes a byte-swapped array for a native one that it has seen.
             if value.dtype is not dtype or value.shape != shape:
                 return None
             if not value.flags.c_contiguous:

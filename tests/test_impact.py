@@ -78,6 +78,7 @@ RULES = [
     ("overlapping, moving apart", (0.5, 0.0, 1.0, 0.0, 1.0), INF),
     ("overlapping, moving sideways", (0.0, 0.5, 1.0, 0.0, 1.0), INF),
     ("overlapping, approaching", (0.5, 0.0, -1.0, 0.0, 1.0), 0.0),
+    ("just overlapping, approaching", (0.999999, 0.0, -1.0, 0.0, 1.0), 0.0),
     ("touching, approaching", (3.0, 4.0, -1.0, -1.0, 5.0), 0.0),
     ("touching, moving sideways", (3.0, 4.0, -4.0, 3.0, 5.0), INF),
     ("on the same place", (0.0, 0.0, 1.0, 1.0, 1.0), INF),

@@ -165,6 +165,16 @@ def test_a_scalar_velocity_beyond_float32():
     assert info.value.count == 20
 
 
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_what_is_too_large_by_a_little(dtype):
+    """A change far below the largest number takes a velocity that is near it beyond."""
+    largest = np.finfo(dtype).max
+    v1, v2 = np.full(20, 1.0, dtype), np.zeros(20, dtype)
+    v1[3], v2[3] = largest, largest * dtype(1 - 1e-6)
+    u1, u2 = collide.resolve_1d(INF, 1.0, v1, v2, invalid="nan")
+    assert np.flatnonzero(np.isnan(u2)).tolist() == np.flatnonzero(np.isnan(u1)).tolist() == [3]
+
+
 LARGE = [1e39, -1e39, 3e38, 1e154, -1e200, 1e308, 1.7976e308, -1.7976e308, INF, -INF, NAN, -NAN]
 NASTY = np.array([0.0, -0.0, 5e-324, 2e-308, 1e-200, 0.5, 1.0, -1.0, 3.0, *LARGE])
 
