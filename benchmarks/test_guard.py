@@ -14,7 +14,7 @@ from yardsticks import YARDSTICKS, collide_itself, make_case
 LARGE = 8_000_000
 
 # form, pairs, one thread?, yardstick, how many times as fast as it collide has to be, rounds.
-# Three stand below what was aimed for (0.70, 10 and 1.0), which good code did not reach in each of twenty runs on a
+# Three stand below what was aimed for (0.70, 10 and 1.0), which good code did not reach in each of thirty runs on a
 # Zen 4 virtual machine: the polar form is bound by arithmetic there, 0.53 to 0.82 of what memory gives at the time;
 # NumPy is some 10 times slower than memory itself (9.2 to 13.4); and of 21 us for 10,000 pairs the checks in Python
 # take 5 (0.80 to 0.96).
