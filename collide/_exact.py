@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from ._elementwise import fma
 from ._jit import compiles, formula
-from ._lanes import fma
 
 
 @formula

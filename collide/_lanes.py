@@ -1,8 +1,8 @@
 """A Numba type of several float64 values that move together through the arithmetic: one vector register's worth or two.
 
 A formula written for one pair compiles for lanes as it stands: the operators are lane-wise and give each lane the
-bits that the scalar operator gives. What a formula needs beyond operators is here in three guises: a plain Python
-function (NumPy floats and arrays), an overload for Numba scalars, and one for lanes.
+bits that the scalar operator gives. Here are the type, its operators, what a step does with tuples of lanes, and what
+looks across lanes; what formulas use beyond operators is in _elementwise.py.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from ._jit import compiles, intrinsic
 
 LINE = 64  # bytes: one cache line, which a streaming store has to fill
 
-_INFINITY = 0x7FF << 52  # the bits of infinity, and of every float64's exponent
 _F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 
 
@@ -137,134 +136,6 @@ _unary(builtins.abs, lambda b, x: _call(b, "fabs", x), Lanes)
 _unary(operator.invert, lambda b, x: b.not_(x), Mask)
 
 
-# What formulas use beyond operators.
-
-
-def select(condition: Any, x: Any, y: Any) -> Any:
-    """x where the condition holds, else y: numpy.where, lane by lane."""
-    return np.where(condition, x, y)[()]
-
-
-@compiles(select)
-def _select(condition: Any, x: Any, y: Any) -> Any:
-    if isinstance(condition, Mask):
-        return lambda condition, x, y: _blend(condition, x, y)
-    return lambda condition, x, y: x if condition else y
-
-
-@intrinsic
-def _blend(typingctx: Any, mask: Any, x: Any, y: Any) -> Any:
-    lanes = Lanes(mask.width)
-
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        values = (
-            v if isinstance(t, Lanes) else _splat(builder, v, mask.width)
-            for t, v in zip(sig.args[1:], args[1:], strict=True)
-        )
-        return builder.select(args[0], *values)
-
-    return lanes(mask, *(v if isinstance(v, Lanes) else types.float64 for v in (x, y))), codegen
-
-
-def square_root(x: Any) -> Any:
-    """Correctly rounded, the same bits everywhere."""
-    return np.sqrt(x)
-
-
-@compiles(square_root)
-def _square_root(x: Any) -> Any:
-    return lambda x: _sqrt(x)
-
-
-@intrinsic
-def _sqrt(typingctx: Any, x: Any) -> Any:
-    x = x if isinstance(x, Lanes) else types.float64
-    return x(x), lambda context, b, sig, args: _call(b, "sqrt", *args)
-
-
-def as_float64(x: Any) -> Any:
-    """The number or array as float64: integers would wrap, and float32 round, on the way to the answer."""
-    return np.asarray(x, np.float64)[()]
-
-
-@compiles(as_float64)
-def _as_float64(x: Any) -> Any:
-    return (lambda x: x) if isinstance(x, Lanes) else (lambda x: types.float64(x))
-
-
-# A sum of masses between these powers of two stays far from overflow, underflow and their rounding when it is
-# multiplied by the square of a normal.
-_SMALLEST, _LARGEST = (1023 - 400) << 52, (1023 + 400) << 52
-
-
-def is_extreme(x: Any) -> Any:
-    """Whether x is not between 2**-400 and 2**400; true of NaN and of all that is negative."""
-    bits = np.asarray(x, np.float64).view(np.int64)
-    return ((bits < _SMALLEST) | (bits >= _LARGEST))[()]
-
-
-@compiles(is_extreme)
-def _is_extreme(x: Any) -> Any:
-    return lambda x: _outside(x)
-
-
-@intrinsic
-def _outside(typingctx: Any, x: Any) -> Any:
-    x = x if isinstance(x, Lanes) else types.float64
-
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        integer = _vector(x, _I64)
-        above = b.sub(b.bitcast(args[0], integer), _constant(integer, _SMALLEST))
-        return b.icmp_unsigned(">=", above, _constant(integer, _LARGEST - _SMALLEST))
-
-    return (Mask(x.width) if isinstance(x, Lanes) else types.boolean)(x), codegen
-
-
-def inverse_power_of_two(x: Any, y: Any) -> Any:
-    """The power of two s that brings the larger of |x| and |y| to 2 <= s*|x| < 4; 2**1023 if both are subnormal or 0.
-
-    0 if one is infinite or NaN. Exponents are compared as integers: a step waits four cycles for it.
-    """
-    exponents = (np.asarray(value, np.float64).view(np.int64) & _INFINITY for value in (x, y))
-    return (_INFINITY - np.maximum(np.maximum(*exponents), 1 << 52)).view(np.float64)[()]
-
-
-@compiles(inverse_power_of_two)
-def _inverse_power_of_two(x: Any, y: Any) -> Any:
-    return lambda x, y: _mirrored_exponent(x, y)
-
-
-@intrinsic
-def _mirrored_exponent(typingctx: Any, x: Any, y: Any) -> Any:
-    x, y = (v if isinstance(v, Lanes) else types.float64 for v in (x, y))
-
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        integer = _vector(x, _I64)
-        largest = _constant(integer, 1 << 52)
-        for value in args:
-            exponent = b.and_(b.bitcast(value, integer), _constant(integer, _INFINITY))
-            largest = b.select(b.icmp_unsigned(">", exponent, largest), exponent, largest)
-        return b.bitcast(b.sub(_constant(integer, _INFINITY), largest), _vector(x))
-
-    return x(x, y), codegen
-
-
-@intrinsic
-def fma(typingctx: Any, x: Any, y: Any, z: Any) -> Any:
-    """x*y + z, rounded once: the same bits on every processor, in software where there is no instruction."""
-    kind = next((v for v in (x, y, z) if isinstance(v, Lanes)), types.float64)
-
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        if isinstance(kind, Lanes):
-            args = [
-                v if isinstance(t, Lanes) else _splat(builder, v, kind.width)
-                for t, v in zip(sig.args, args, strict=True)
-            ]
-        return _call(builder, "fma", *args)
-
-    return kind(*(v if isinstance(v, Lanes) else types.float64 for v in (x, y, z))), codegen
-
-
 # Tuples of lanes: the velocities of a step.
 
 
@@ -329,52 +200,6 @@ def doubt(typingctx: Any, change: Any, outputs: Any, signs: Any) -> Any:
         return b.icmp_unsigned(">=", both, _constant(integer, limit))
 
     return Mask(change.width)(change, outputs, signs), codegen
-
-
-# The bits of a float64, for lanes and scalars alike.
-
-
-@intrinsic
-def differ_above(typingctx: Any, x: Any, y: Any, z: Any, like: Any, bit: Any) -> Any:
-    """Whether x, y or z differs from the value `like` in this bit, counted from the last, or in any above it."""
-    if not isinstance(bit, types.IntegerLiteral):
-        return None
-
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        integer = _vector(x, _I64)
-        same = args[3] if isinstance(like, Lanes) or not isinstance(x, Lanes) else _splat(b, args[3], x.width)
-        differences = [b.xor(b.bitcast(value, integer), b.bitcast(same, integer)) for value in args[:3]]
-        union = b.and_(functools.reduce(b.or_, differences), _constant(integer, -(1 << bit.literal_value)))
-        return b.icmp_unsigned("!=", union, _constant(integer, 0))
-
-    return (Mask(x.width) if isinstance(x, Lanes) else types.boolean)(x, y, z, like, bit), codegen
-
-
-@intrinsic
-def lowest_bit(typingctx: Any, x: Any) -> Any:
-    """Whether the last bit of the mantissa is set."""
-
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        integer = _vector(x, _I64)
-        last = b.and_(b.bitcast(args[0], integer), _constant(integer, 1))
-        return b.icmp_unsigned("!=", last, _constant(integer, 0))
-
-    return (Mask(x.width) if isinstance(x, Lanes) else types.boolean)(x), codegen
-
-
-@intrinsic
-def flip_sign(typingctx: Any, value: Any, x: Any, bit: Any) -> Any:
-    """The value, negated where this bit, counted from the last, of the mantissa of x is set."""
-    if not isinstance(bit, types.IntegerLiteral):
-        return None
-
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        integer = _vector(value, _I64)
-        bits, switch = (b.bitcast(arg, integer) for arg in args[:2])
-        sign = b.and_(b.shl(switch, _constant(integer, 63 - bit.literal_value)), _constant(integer, -(1 << 63)))
-        return b.bitcast(b.xor(bits, sign), _vector(value))
-
-    return value(value, x, bit), codegen
 
 
 # Lanes and their neighbours.

@@ -55,6 +55,14 @@ _SHARED = """
 """
 
 
+_IN_PLANE = {
+    "own": """
+v1x, v1y, v2x, v2y: velocity components.
+nx, ny: a vector n along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1, y2-y1 will do.""",
+    "approach": " ((v1-v2).n <= 0)",
+}
+
+
 def _shared(**words: str) -> Callable[[Function], Function]:
     def documented(function: Function) -> Function:
         if function.__doc__:  # not so under python -OO
@@ -99,10 +107,7 @@ def resolve_1d(
 
 
 @_shared(
-    own="""
-v1x, v1y, v2x, v2y: velocity components.
-nx, ny: a vector n along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1, y2-y1 will do.""",
-    approach=" ((v1-v2).n <= 0)",
+    **_IN_PLANE,
     leaves="leaves as they are the",
     kept="keeps its velocities",
     out="a tuple of 4 arrays",
@@ -179,10 +184,7 @@ def resolve_polar(
 
 
 @_shared(
-    own="""
-v1x, v1y, v2x, v2y: velocity components.
-nx, ny: a vector n along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1, y2-y1 will do.""",
-    approach=" ((v1-v2).n <= 0)",
+    **_IN_PLANE,
     leaves="gives 0 for",
     kept="gets 0",
     out="an array",

@@ -540,8 +540,7 @@ def test_module_reports_bad_data_in_one_line(source, target):
 
 def test_console_script(source, target):
     script = shutil.which("collide", path=str(Path(sys.executable).parent))
-    if script is None:  # a checkout that is only on the path has no script; the README's command installs it
-        pytest.skip("the package is not installed")
+    assert script, "the README's command installs the package, and with it this script"
     write(source, LINE)
     assert run(script, "resolve", source, "-o", target).returncode == 0
     assert_resolved(LINE, target, collide.resolve_1d(**LINE))

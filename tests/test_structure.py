@@ -15,7 +15,8 @@ PACKAGE = Path(collide.__file__).parent
 ORDER = [
     ["_jit"],
     ["_lanes"],
-    ["_exact", "_memory"],
+    ["_elementwise", "_memory"],
+    ["_exact"],
     ["_sincos"],
     ["scalar"],
     ["_kernels", "errors", "_threads"],
@@ -50,6 +51,11 @@ def test_imports_run_one_way(path):
 def test_compile_options_are_in_one_place(path):
     if path.stem != "_jit":
         assert not OPTIONS.search(path.read_text())
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.glob("examples/*.py")), ids=lambda path: path.stem)
+def test_examples_compile_as_a_user_would_without_options(path):
+    assert not OPTIONS.search(re.sub(r"^@numba\.njit(?=\s)", "", path.read_text(), flags=re.MULTILINE))
 
 
 def test_the_public_names():

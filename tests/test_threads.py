@@ -128,8 +128,10 @@ def test_setting_the_number_overrules_the_environment_variable():
     assert done.stdout == "3\n", done.stderr
 
 
-# Linux has affinity masks, macOS and Windows do not, and there the number of processors is all there is.
-@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="no affinity masks here")
+@pytest.mark.skipif(
+    not hasattr(os, "sched_setaffinity"),
+    reason="macOS and Windows have no affinity masks: the number of processors is all there is",
+)
 def test_default_number_of_threads_keeps_to_the_affinity_mask():
     code = f"import os; os.sched_setaffinity(0, [min(os.sched_getaffinity(0))]); {SHOW}"
     assert python(code).stdout == "1\n"
@@ -382,8 +384,7 @@ def child():
     return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
 """
 
-# Windows has no fork, so nothing can go wrong with one.
-needs_fork = pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+needs_fork = pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows has no fork: nothing can go wrong with one")
 
 
 @needs_fork

@@ -20,6 +20,7 @@ import numpy as np
 import collide
 
 
+# As in a user's program: the formula inside brings its own compile options, whatever stands here.
 @numba.njit  # type: ignore[untyped-decorator]
 def collisions(mass: float, path: Any) -> int:
     """How many there are; the velocities of both balls after each, as far as `path`, of shape (n, 2), has room."""
