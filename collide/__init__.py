@@ -3,14 +3,17 @@
 from . import scalar
 from ._threads import get_num_threads, set_num_threads
 from .batch import impulse_2d, resolve_1d, resolve_2d, resolve_polar, time_of_impact
+from .contacts import find_contacts, resolve_contacts
 from .errors import InvalidPairError
 
 __all__ = [
     "InvalidPairError",
+    "find_contacts",
     "get_num_threads",
     "impulse_2d",
     "resolve_1d",
     "resolve_2d",
+    "resolve_contacts",
     "resolve_polar",
     "scalar",
     "set_num_threads",

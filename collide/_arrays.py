@@ -186,7 +186,7 @@ def _general(form: Form, inputs: tuple[Any, ...], out: Any, options: Options) ->
 
 def _any(names: Sequence[str], inputs: Sequence[Any]) -> Batch:
     """Whatever else NumPy makes arrays of. Size-1 arrays become numbers, so that none becomes a full-length array."""
-    arrays = [_array(name, value) for name, value in zip(names, inputs, strict=True)]
+    arrays = [as_array(name, value) for name, value in zip(names, inputs, strict=True)]
     shape = _shape(names, arrays)
     # Python's numbers are weak, as in NumPy's own arithmetic.
     kinds = [_WEAK.get(type(value), a.dtype) for value, a in zip(inputs, arrays, strict=True)]
@@ -196,7 +196,7 @@ def _any(names: Sequence[str], inputs: Sequence[Any]) -> Batch:
     return Batch(full, scalars, shape, dtype)
 
 
-def _array(name: str, value: Any) -> Array:
+def as_array(name: str, value: Any) -> Array:
     if type(value) is int:  # of any size, as a float is
         try:
             value = float(value)
@@ -267,12 +267,12 @@ def _checked(names: Sequence[str], out: Any, shape: tuple[int, ...], dtype: np.d
         if not u.flags.writeable:
             raise ValueError(f"{label} is read-only")
     for (i, a), (j, b) in itertools.combinations(enumerate(out), 2):
-        if a is b or _overlap(a, b):
+        if a is b or overlap(a, b):
             raise ValueError(f"out[{i}] and out[{j}] share memory")
     return list(out)
 
 
-def _overlap(a: Array, b: Array) -> bool:
+def overlap(a: Array, b: Array) -> bool:
     if not np.may_share_memory(a, b):
         return False
     try:
@@ -285,7 +285,7 @@ def _clash(batch: Batch, outputs: Sequence[Array]) -> bool:
     """Whether an output shares memory with an input in any way but element upon element, which is in place."""
     for a in batch.arrays:
         for u in outputs:
-            if a is not None and a is not u and _overlap(a, u):
+            if a is not None and a is not u and overlap(a, u):
                 same = a.dtype == u.dtype and a.shape == u.shape and a.strides == u.strides
                 if not same or _address(a) != _address(u):
                     return True

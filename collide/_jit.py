@@ -85,7 +85,7 @@ class Kernel:
             )
         with global_compiler_lock:  # and no other lock: see the fork below
             if self._compiled is None:
-                dispatcher = numba.njit(**_OPTIONS, nogil=True)(self._function)
+                dispatcher = numba.njit(**_OPTIONS, _nrt=False, nogil=True)(self._function)
                 dispatcher._cache = _DiskCache(self._name)
                 dispatcher.compile(self._signature)
                 dispatcher.disable_compile()

@@ -146,7 +146,7 @@ def _collide_2d(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: An
 
 
 @formula
-def _valid_2d(values: Any, results: Any, outputs: Any) -> Any:
+def valid_2d(values: Any, results: Any, outputs: Any) -> Any:
     _, _, square = scalar.normal(values[6], values[7])
     return _valid_masses(values, results, outputs) & (square > 0.0) & (square < math.inf)
 
@@ -155,7 +155,7 @@ def _kernel_2d(  # type: ignore[no-untyped-def]  # compiled only
     m1, m2, v1x, v1y, v2x, v2y, nx, ny, e, u1x, u1y, u2x, u2y, scalars, start, stop, approaching, nan
 ):
     columns, outputs = (m1, m2, v1x, v1y, v2x, v2y, nx, ny, e), (u1x, u1y, u2x, u2y)
-    return _loop(_collide_2d, _valid_2d, columns, outputs, scalars, start, stop, approaching, nan)
+    return _loop(_collide_2d, valid_2d, columns, outputs, scalars, start, stop, approaching, nan)
 
 
 @formula
@@ -184,7 +184,7 @@ def _kernel_impulse(  # type: ignore[no-untyped-def]  # compiled only
     m1, m2, v1x, v1y, v2x, v2y, nx, ny, e, p, scalars, start, stop, approaching, nan
 ):
     columns = (m1, m2, v1x, v1y, v2x, v2y, nx, ny, e)
-    return _loop(_impulse, _valid_2d, columns, (p,), scalars, start, stop, approaching, nan)
+    return _loop(_impulse, valid_2d, columns, (p,), scalars, start, stop, approaching, nan)
 
 
 @formula

@@ -172,14 +172,14 @@ def _stored(builder: Any, values: Any, dtype: Any) -> list[Any]:
 
 @intrinsic
 def all_finite(typingctx: Any, values: Any, outputs: Any) -> Any:
-    """Lane by lane, whether every value of the tuple is finite in the outputs."""
+    """Lane by lane, or for scalars, whether every value of the tuple is finite in the outputs."""
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         stored = _stored(b, args[0], outputs.dtype.dtype)
         infinity = _constant(stored[0].type, float("inf"))
         return functools.reduce(b.and_, (b.fcmp_ordered("<", _call(b, "fabs", v), infinity) for v in stored))
 
-    return Mask(values.dtype.width)(values, outputs), codegen
+    return (Mask(values.dtype.width) if isinstance(values.dtype, Lanes) else types.boolean)(values, outputs), codegen
 
 
 @intrinsic

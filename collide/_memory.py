@@ -14,7 +14,9 @@ from numba import types
 from numba.core import cgutils
 
 from ._jit import formula, intrinsic, rare
-from ._lanes import _F64, _I32, LINE, Lanes, _constant, _splat, lanes_below, out_of_line
+from ._lanes import _F64, _I32, _I64, LINE, Lanes, _constant, _splat, lanes_below, out_of_line
+
+_SUFFIX = {"double": "f64", "float": "f32", "i64": "i64"}
 
 
 def lanes_of(dtype: Any) -> Lanes:
@@ -32,7 +34,7 @@ def _vector_pointer(context: Any, builder: Any, array_type: Any, array: Any, k: 
 
 def _masked(builder: Any, name: str, vector: Any, result: Any, args: list[Any]) -> Any:
     """A call of llvm.masked.load or .store; lanes that are off touch no memory."""
-    kind = f"v{vector.count}{'f64' if vector.element == _F64 else 'f32'}"
+    kind = f"v{vector.count}{_SUFFIX[str(vector.element)]}"
     function = ir.FunctionType(result, [a.type for a in args])
     name = f"llvm.masked.{name}.{kind}.p0"
     return builder.call(cgutils.get_or_insert_function(builder.module, function, name), args)
@@ -136,6 +138,50 @@ def store(typingctx: Any, outputs: Any, k: Any, n: Any, values: Any, streaming: 
     return types.void(outputs, types.int64, types.int64, values, types.boolean), codegen
 
 
+WINDOW = LINE // 8
+
+
+@intrinsic
+def window(typingctx: Any, array: Any, k: Any) -> Any:
+    """The eight values from k on. There must be as many."""
+    lanes = Lanes(WINDOW)
+
+    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+        _, address = _vector_pointer(context, b, sig.args[0], *args)
+        return b.load(address, align=1)
+
+    return lanes(array, types.int64), codegen
+
+
+@intrinsic
+def put_pairs(typingctx: Any, i: Any, j: Any, at: Any, index: Any, p: Any, k: Any, mask: Any) -> Any:
+    """From place `at` on, the numbers index[p] in i and index[k + lane] in j for each lane that holds; the lower in i.
+
+    Lanes are pressed together without a branch: to take the hits one by one cost half as much again as all the search.
+    """
+    wide, narrow = ir.VectorType(_I64, WINDOW), ir.VectorType(_I32, WINDOW)
+
+    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+        def element(array: int, k: Any, vector: Any) -> Any:
+            data = context.make_array(sig.args[array])(context, b, args[array]).data
+            return b.bitcast(b.gep(data, [k], inbounds=True), vector.as_pointer())
+
+        one = _splat(b, b.load(element(3, args[4], _I32)), WINDOW)
+        other = b.load(element(3, args[5], narrow), align=4)
+        below = b.icmp_signed("<", one, other)
+        press = ir.FunctionType(narrow, [narrow, args[6].type, narrow])
+        press = cgutils.get_or_insert_function(b.module, press, f"llvm.experimental.vector.compress.v{WINDOW}i32")
+        bits = b.zext(b.bitcast(args[6], ir.IntType(WINDOW)), _I64)
+        room = lanes_below(b, b.ctpop(bits), WINDOW)
+        for array, numbers in ((0, b.select(below, one, other)), (1, b.select(below, other, one))):
+            numbers = b.sext(b.call(press, [numbers, args[6], ir.Constant(narrow, ir.Undefined)]), wide)
+            target = [numbers, element(array, args[2], wide), ir.Constant(_I32, 8), room]
+            _masked(b, "store", wide, ir.VoidType(), target)
+        return context.get_dummy_value()
+
+    return types.void(i, j, types.int64, index, types.int64, types.int64, mask), codegen
+
+
 @formula
 def lead(outputs: Any, start: int) -> Any:
     """Pairs from `start` to the first cache line boundary of the outputs; -1 where the outputs do not agree on one."""
@@ -177,3 +223,19 @@ def is_usual(columns: Any) -> bool:
     for c in columns[:-1]:
         n_scalars += c.size == 0
     return n_scalars == 0
+
+
+@intrinsic
+def prefetch(typingctx: Any, k: Any, arrays: Any) -> Any:
+    """Asks for element k of each array, soon to be changed."""
+
+    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+        for kind, array in zip(arrays, cgutils.unpack_tuple(b, args[1]), strict=True):
+            data = context.make_array(kind)(context, b, array).data
+            address = b.bitcast(b.gep(data, [args[0]]), ir.IntType(8).as_pointer())
+            function = ir.FunctionType(ir.VoidType(), [address.type, _I32, _I32, _I32])
+            function = cgutils.get_or_insert_function(b.module, function, "llvm.prefetch.p0")
+            b.call(function, [address, *(ir.Constant(_I32, option) for option in (1, 3, 1))])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, arrays), codegen

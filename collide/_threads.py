@@ -82,13 +82,16 @@ def is_shared(n: int) -> bool:
     return n >= 2 * _PAIRS_A_SHARE and get_num_threads() > 1
 
 
-def run(task: Callable[[int, int], Result], n: int) -> list[Result]:
-    """task(start, stop) over shares that make up range(n), on all threads if that is worth it; the results in order."""
-    if not is_shared(n):
+def run(task: Callable[[int, int], Result], n: int, grain: int = _GRAIN, work: int = 1) -> list[Result]:
+    """task(start, stop) over shares that make up range(n), on all threads if that is worth it; the results in order.
+
+    Shares begin at multiples of the grain. `work`: how many pairs take the time of one of the n.
+    """
+    if not is_shared(n * work):
         return [task(0, n)]
     threads = get_num_threads()
-    count = min(n // _PAIRS_A_SHARE, _SHARES_A_THREAD * threads)
-    cuts = [n * i // count // _GRAIN * _GRAIN for i in range(count)] + [n]
+    count = min(n * work // _PAIRS_A_SHARE, _SHARES_A_THREAD * threads)
+    cuts = [n * i // count // grain * grain for i in range(count)] + [n]
     shares = [_Share(task, start, stop) for start, stop in itertools.pairwise(cuts)]
     me = object()
     try:

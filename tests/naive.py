@@ -83,3 +83,20 @@ def ulps(got, exact):
         return abs(got) / 5e-324
     exponent = max(int(mpmath.frexp(abs(exact))[1]) - 53, -1074)
     return float(abs(mpf(float(got)) - exact) * mpf(2) ** -exponent)
+
+
+def find_contacts(x, y, radius, box=None, margin=0.0):
+    """Every pair tried, in the arithmetic that the documentation states; the pairs in order."""
+    x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
+    radius = np.broadcast_to(np.asarray(radius, np.float64), x.shape)
+    square = np.zeros((x.size, x.size))
+    with np.errstate(over="ignore", under="ignore"):
+        for k, c in enumerate((x, y)):
+            if box is not None:
+                c = np.where((c >= 0) & (c < box[k]), c, c % box[k])
+            d = abs(c - c[:, None])
+            if box is not None:
+                d = np.minimum(d, box[k] - d)
+            square += d * d
+        reach = radius + radius[:, None] + margin
+        return np.argwhere(np.triu(square <= reach * reach, 1))

@@ -1,0 +1,249 @@
+"""The cell grid behind find_contacts: balls sorted by cell, then each ball against those in the cells around it.
+
+Each binade of sizes has a grid of its own, cells as wide as two of its largest balls reach; a ball looks into its own
+grid and into all finer ones. In a row of cells the balls lie side by side, so three cells are one range, of which lanes
+take eight balls at a time. A grid is a torus: what would need more cells than there are balls is folded onto fewer, and
+a ball in the far distance shares a cell with others, which costs a comparison. The periodic box is the same torus.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import from_dtype, types
+
+from ._elementwise import select
+from ._jit import Kernel, formula, rare
+from ._lanes import count, leading
+from ._memory import WINDOW, put_pairs, window
+
+LEVELS = 32  # sizes below 2**-31 of the largest share the last grid
+CHUNK = 1 << 13  # balls that are brought into the order of slots together
+BLOCK = 1 << 6  # balls whose contacts are counted together
+# Cells of slack for the rounding of positions in units of cells: up to FAR of them that is less than 2**-12. Balls
+# farther out have cells of a power of two, and no rounding.
+LEEWAY, FAR = 2.0**-10, 2.0**40
+
+# A grid: cells per length, the cell before the first, columns and rows; the largest radius in it; its first slot
+# among those of all grids.
+GRID = np.dtype(
+    [(name, "f8") for name in ("per_x", "per_y", "x0", "y0", "columns", "rows", "radius")] + [("slot", "i8")]
+)
+BALL = np.dtype([("x", "f8"), ("y", "f8"), ("radius", "f8"), ("index", "i4"), ("slot", "i4")])
+
+
+@formula
+def _level(radius: Any, largest: Any, margin: Any) -> int:
+    """How often the size of a ball, half the margin included, fits twice into the largest."""
+    size, bound, level = radius + 0.5 * margin, 0.5 * (largest + 0.5 * margin), 0
+    while size <= bound and level < LEVELS - 1:
+        level += 1
+        bound *= 0.5
+    return level
+
+
+def _survey(radius, largest, margin, balls, reach, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+    """How many balls there are on each level, and the largest radius."""
+    for k in range(start, stop):
+        level = _level(radius[k], largest, margin)
+        balls[level] += 1
+        reach[level] = max(reach[level], radius[k])
+
+
+@formula
+def _fold(cell: Any, cells: Any) -> Any:
+    """The cell on the torus; exact for a cell of any size."""
+    if not 0.0 <= cell < cells:
+        if abs(cell) < 2.0**52:
+            cell -= cells * np.floor(cell / cells)
+        else:
+            cell = cell % cells
+    return cell
+
+
+@formula
+def _wrap(x: Any, length: Any) -> Any:
+    """The position in the box; length 0 is no box."""
+    return x % length if length > 0.0 and not 0.0 <= x < length else x
+
+
+def _place(x, y, radius, largest, margin, lx, ly, which, grids, shift, slots, counts, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+    """The slot of each ball, marked as `_slot` says, and how many balls of each chunk fall into each bucket."""
+    g = -1
+    for chunk in range(start // CHUNK, (stop - 1) // CHUNK + 1):
+        tally = counts[chunk]
+        for k in range(chunk * CHUNK, min((chunk + 1) * CHUNK, stop)):
+            own = which[_level(radius[k], largest, margin)] if grids.size > 1 else 0
+            if own != g:
+                g = own
+                grid = grids[g]
+                per_x, x0, columns = grid.per_x, grid.x0, grid.columns
+                per_y, y0, rows = grid.per_y, grid.y0, grid.rows
+                begin = grid.slot
+            column = _fold(np.floor(_wrap(x[k], lx) * per_x) - x0, columns)
+            row = _fold(np.floor(_wrap(y[k], ly) * per_y) - y0, rows)
+            slot = begin + int(row * columns + column)
+            inside = (column > 0.0) & (column < columns - 1.0) & (row > 0.0) & (row < rows - 1.0)
+            slots[k] = slot if inside else ~slot
+            tally[slot >> shift] += 1
+
+
+@formula
+def _slot(mark: Any) -> Any:
+    """The slot that a mark stands for: ~slot on the border of a grid, where neighbours may be at its other end."""
+    return mark ^ (mark >> 31)
+
+
+def _spread(x, y, radius, lx, ly, slots, shift, offsets, balls, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+    """Balls into their buckets, in the order of their numbers."""
+    each = 1 if radius.size > 1 else 0
+    for chunk in range(start // CHUNK, (stop - 1) // CHUNK + 1):
+        at = offsets[chunk]
+        for k in range(chunk * CHUNK, min((chunk + 1) * CHUNK, stop)):
+            bucket = _slot(slots[k]) >> shift
+            ball = balls[at[bucket]]
+            at[bucket] += 1
+            ball.x, ball.y, ball.radius = _wrap(x[k], lx), _wrap(y[k], ly), radius[k * each]
+            ball.index, ball.slot = k, slots[k]
+
+
+def _arrange(balls, buckets, shift, ends, x, y, radius, index, slots, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+    """The balls of the buckets that hold the slots start to stop, by slot: those of slot s end at ends[s + 1]."""
+    for bucket in range(start >> shift, ((stop - 1) >> shift) + 1):
+        lowest, highest = bucket << shift, min((bucket + 1) << shift, ends.size - 1)
+        for s in range(lowest, highest):
+            ends[s + 1] = 0
+        for k in range(buckets[bucket], buckets[bucket + 1]):
+            ends[_slot(balls[k].slot) + 1] += 1
+        at = buckets[bucket]
+        for s in range(lowest, highest):
+            at, ends[s + 1] = at + ends[s + 1], at
+        # First where each goes: to move the balls themselves at once, into five arrays, took a fifth longer.
+        for k in range(buckets[bucket], buckets[bucket + 1]):
+            s = _slot(balls[k].slot)
+            index[ends[s + 1]] = k
+            ends[s + 1] += 1
+        for p in range(buckets[bucket], buckets[bucket + 1]):
+            ball = balls[index[p]]
+            x[p], y[p], radius[p], index[p], slots[p] = ball.x, ball.y, ball.radius, ball.index, ball.slot
+
+
+def _search(x, y, radius, index, slots, ends, grids, margin, lx, ly, most, totals, i, j, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+    """The contacts of the balls start to stop, each with those after it in its own grid and with all in finer ones.
+
+    With i and j empty they are counted, for each block of balls, and -1 returned where there are more than `most`.
+    Otherwise block b puts them at totals[b] to totals[b + 1].
+    """
+    order, rule, pairs = (x, y, radius, index), (margin, lx, ly), (i, j)
+    n_found, g, p = 0, 0, start
+    for block in range(start // BLOCK, (stop - 1) // BLOCK + 1):
+        at = totals[block] if i.size > 0 else 0
+        last = min((block + 1) * BLOCK, stop)
+        while p < last:
+            while g + 1 < grids.size and p >= ends[grids[g + 1].slot]:
+                g += 1
+            grid, columns = grids[g], int(grids[g].columns)
+            end = last if g + 1 == grids.size else min(last, ends[grids[g + 1].slot])
+            while p < end:
+                s = slots[p]
+                if s >= 0:  # off the border, where three cells of a row are one range
+                    at = _look(order, rule, p, p + 1, ends[s + 2], pairs, at)
+                    at = _look(order, rule, p, ends[s + columns - 1], ends[s + columns + 2], pairs, at)
+                else:
+                    at = _around(order, rule, ends, grid, p, p + 1, pairs, at)
+                for finer in range(g + 1, grids.size):
+                    at = _around(order, rule, ends, grids[finer], p, 0, pairs, at)
+                p += 1
+        if i.size == 0:
+            totals[block + 1] = at
+            n_found += at
+            if n_found > most:
+                return -1
+    return n_found
+
+
+@rare
+def _around(order: Any, rule: Any, ends: Any, grid: Any, p: Any, first: Any, pairs: Any, at: Any) -> Any:
+    """The contacts of ball p with those of a grid that are numbered `first` or above, wherever on the torus it is."""
+    x, y, radius, _ = order
+    reach = radius[p] + grid.radius + rule[0]
+    column, n_columns = _span(x[p] * grid.per_x, reach * grid.per_x, grid.x0, grid.columns)
+    row, n_rows = _span(y[p] * grid.per_y, reach * grid.per_y, grid.y0, grid.rows)
+    width, height = int(grid.columns), int(grid.rows)
+    for _ in range(n_rows):
+        begin = grid.slot + row * width
+        over = column + n_columns - width
+        if over > 0:
+            low, high = max(first, ends[begin]), ends[begin + over]
+            at = _look(order, rule, p, low, high, pairs, at)
+        low, high = max(first, ends[begin + column]), ends[begin + column + n_columns - max(over, 0)]
+        at = _look(order, rule, p, low, high, pairs, at)
+        row = row + 1 if row + 1 < height else 0
+    return at
+
+
+@formula
+def _span(q: Any, reach: Any, zero: Any, cells: Any) -> tuple[int, int]:
+    """The first cell on the torus that `reach` cells to both sides of q touch, and how many cells they touch.
+
+    One more where the rounding of q may have hidden it.
+    """
+    low, high = np.floor(q - (reach + LEEWAY)), np.floor(q + (reach + LEEWAY))
+    n = high - low + 1.0
+    if not n < cells:  # or NaN, where they reach to infinity
+        return 0, int(cells)
+    return int(_fold(low - zero, cells)), int(n)
+
+
+@formula
+def _look(order: Any, rule: Any, p: Any, first: Any, stop: Any, pairs: Any, at: Any) -> Any:
+    """Puts the contacts of ball p with the balls first to stop at place `at` of i and j; returns the place after them.
+
+    With i empty they are only counted.
+    """
+    (x, y, radius, index), (margin, lx, ly), (i, j) = order, rule, pairs
+    k = first
+    while True:  # also where there are none: most often there are few, and not to ask costs less than a wrong guess
+        dx, dy = abs(window(x, k) - x[p]), abs(window(y, k) - y[p])
+        if lx > 0.0:
+            dx, dy = select(dx < lx - dx, dx, lx - dx), select(dy < ly - dy, dy, ly - dy)
+        reach = window(radius, k) + radius[p] + margin
+        touching = leading(dx * dx + dy * dy <= reach * reach, stop - k)
+        if i.size > 0:
+            put_pairs(i, j, at, index, p, k, touching)
+        at += count(touching)
+        k += WINDOW
+        if k >= stop:
+            return at
+
+
+def _kernel(function: Any, *signature: Any) -> Kernel:
+    result, *arguments = signature
+    return Kernel(function, result(*arguments, types.int64, types.int64), function.__name__)
+
+
+def _array(element: Any, ndim: int = 1, readonly: bool = False) -> Any:
+    return types.Array(element, ndim, "C", readonly=readonly)
+
+
+_IN, _OUT, _NUMBER = _array(types.float64, readonly=True), _array(types.float64), types.float64
+_INT32, _INT64, _TABLE = _array(types.int32), _array(types.int64), _array(types.int64, 2)
+_GRIDS, _BALLS = _array(from_dtype(GRID)), _array(from_dtype(BALL))
+_BOX = _NUMBER, _NUMBER
+
+SURVEY = _kernel(_survey, types.void, _IN, _NUMBER, _NUMBER, _INT64, _OUT)
+PLACE = _kernel(_place, types.void, _IN, _IN, _IN, _NUMBER, _NUMBER, *_BOX, _INT64, _GRIDS, types.int64, _INT32, _TABLE)
+SPREAD = _kernel(_spread, types.void, _IN, _IN, _IN, *_BOX, _INT32, types.int64, _TABLE, _BALLS)
+ARRANGE = _kernel(_arrange, types.void, _BALLS, _INT64, types.int64, _INT32, *[_OUT] * 3, _INT32, _INT32)
+SEARCH = _kernel(
+    _search,
+    types.int64,
+    *[_OUT] * 3,
+    *[_INT32] * 3,
+    _GRIDS,
+    _NUMBER,
+    *_BOX,
+    types.int64,
+    *[_INT64] * 3,
+)

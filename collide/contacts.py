@@ -1,0 +1,247 @@
+"""The facade for a ball state: which balls touch, and their collisions, one after another."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import reprlib
+from typing import Any, NamedTuple, NoReturn
+
+import numpy as np
+from numpy.ma import MaskedArray
+from numpy.typing import ArrayLike
+
+from . import _neighbours
+from ._arrays import as_array, overlap
+from ._kernels import CARTESIAN
+from ._sequential import CHECK, RESOLVE
+from .errors import InvalidPairError, reason
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+# Beyond these, squares of distances leave the range of float64.
+_SHORTEST, _LONGEST = 1e-150, 1e150
+_MOST_BALLS = (1 << 31) - 1  # their numbers are kept as int32
+
+
+class Contacts(NamedTuple):
+    """Pairs of balls, by their numbers."""
+
+    i: Any
+    j: Any
+
+
+def find_contacts(
+    x: ArrayLike,
+    y: ArrayLike,
+    radius: ArrayLike,
+    *,
+    box: tuple[float, float] | None = None,
+    margin: float = 0.0,
+) -> Contacts:
+    """All pairs of balls that touch or overlap, or are nearer than that by a margin.
+
+        (x_j - x_i)^2 + (y_j - y_i)^2 <= (r_i + r_j + margin)^2        in float64, as written
+
+    x, y: positions of the centres, arrays of shape (n,), finite, of any extent.
+    radius: a number or an array of shape (n,), finite and >= 0. Sizes may differ by any ratio.
+    box: None for open space, or (Lx, Ly) for a periodic one: positions outside wrap into [0, Lx) x [0, Ly) as
+        x % Lx does, and of a ball's images the nearest counts, |dx| or Lx - |dx|. Each side has to be at least twice
+        the longest distance 2 r + margin at which balls may touch.
+    margin: finite, >= 0.
+    All are of bool, integer, float16, float32 or float64, in any consistent set of units.
+
+    Returns the named tuple (i, j): two intp arrays, i < j, each pair once. Their order is always the same for the same
+    arguments, whatever the number of threads, and has no other meaning, but that neighbours in space are near each
+    other in the list. Balls are sorted into cells: the time grows with the balls and the contacts only. Besides the
+    list, some 90 bytes a ball are needed for a while.
+
+    Raises ValueError for positions that are not finite, negative radii, shapes that do not match, a box that is too
+    small; TypeError for other dtypes and masked arrays; MemoryError for a list that cannot fit into memory.
+
+    >>> i, j = collide.find_contacts([0.0, 1.5, 9.5], [0.0, 0.0, 0.0], 1.0)
+    >>> i, j
+    (array([0]), array([1]))
+    >>> collide.find_contacts([0.0, 1.5, 9.5], [0.0, 0.0, 0.0], 1.0, box=(10.0, 10.0)).i.size
+    3
+    """
+    x, y = _columns(x, y)
+    radius = _column("radius", radius, "x", x.size)
+    sides = _sides(box)
+    if as_array("margin", margin).ndim or not 0.0 <= margin < math.inf:
+        raise ValueError(f"margin = {reprlib.repr(margin)}: must be one finite number >= 0")
+    bounds = _bounds("x", x), _bounds("y", y)
+    least, largest = _bounds("radius", radius)
+    if least < 0.0:
+        raise ValueError(f"radius{_first(radius, radius < 0.0)}: must be >= 0")
+    reach = 2.0 * largest + margin
+    if reach > _LONGEST:
+        raise ValueError(f"2 radius + margin = {reach} for the largest ball: must be at most {_LONGEST}")
+    for k, side in enumerate(sides):
+        if side and side < 2.0 * reach:
+            raise ValueError(f"box[{k}] = {side}: must be at least {2.0 * reach}, twice as far as balls touch")
+    if x.size > _MOST_BALLS:
+        raise ValueError(f"x has {x.size} elements: at most {_MOST_BALLS} balls can be searched")
+    return Contacts(*_neighbours.contacts(x, y, radius, bounds, sides, float(margin)))
+
+
+def resolve_contacts(
+    i: ArrayLike,
+    j: ArrayLike,
+    m: ArrayLike,
+    x: ArrayLike,
+    y: ArrayLike,
+    vx: Array,
+    vy: Array,
+    *,
+    restitution: ArrayLike = 1.0,
+    box: tuple[float, float] | None = None,
+    invalid: str = "raise",
+    impulse: Array | None = None,
+) -> int:
+    """Resolves the contacts of a ball state in place, one after another in the order of the list.
+
+    A ball in several pairs enters each with the velocity that the earlier ones have left it. The collision is that of
+    `resolve_2d` with n = (x_j - x_i, y_j - y_i); pairs that do not approach, (v_i - v_j).n <= 0, are left alone. It
+    runs on the caller's thread, so that the result does not depend on the number of threads.
+
+    i, j: the pairs, integer arrays of shape (k,), of two different balls each, from 0 to n-1.
+    m: masses, a number or an array of shape (n,), >= 0; inf is an immovable ball, 0 a test particle.
+    x, y: positions of the centres, arrays of shape (n,).
+    vx, vy: velocity components, arrays of shape (n,), writable, float64; they are changed.
+    restitution: e, finite and >= 0, a number or an array of shape (k,), one value a pair.
+    box: None, or (Lx, Ly) for a periodic box, in which the nearest of a ball's images counts.
+    invalid: what happens to a pair that breaks a rule: a mass that is negative or NaN, two masses 0, two of inf that
+        approach, centres in one place, a velocity, position or result that is not finite, a bad restitution:
+        "raise"  InvalidPairError, after all others have been resolved; this one leaves its balls' velocities alone
+        "keep"   the same, without the error
+        "nan"    its balls' velocities become NaN, and with them later pairs of theirs invalid
+    impulse: None, or an array of shape (k,), writable, float64: it gets each pair's impulse on ball j along n/|n|,
+        0 for those left alone, NaN for invalid ones under "nan".
+    Inputs are of bool, integer, float16, float32 or float64, in any consistent set of units.
+
+    Returns how many pairs were resolved. Raises InvalidPairError (a ValueError) as said; and, before anything is
+    written, IndexError for a ball that does not exist, ValueError for i = j, shapes that do not match, outputs that
+    share memory, an unknown `invalid`, TypeError for other dtypes and for outputs that cannot be written to.
+
+    >>> vx, vy = np.array([1.0, 0.0, 0.0]), np.zeros(3)
+    >>> collide.resolve_contacts([0, 1], [1, 2], 1.0, [0.0, 2.0, 4.0], [0.0, 0.0, 0.0], vx, vy)
+    2
+    >>> vx
+    array([0., 0., 1.])
+    """
+    if type(invalid) is not str or invalid not in CARTESIAN.rules:
+        raise ValueError(f"invalid = {invalid!r}: must be one of {', '.join(map(repr, CARTESIAN.rules))}")
+    given = i, j
+    i, j = _numbers("i", i), _numbers("j", j)
+    _check_length("j", j, "i", i.size)
+    x, y = _columns(x, y)
+    m, e = _column("m", m, "x", x.size), _column("restitution", restitution, "i", i.size)
+    outputs = {"vx": _output("vx", vx, "x", x.size), "vy": _output("vy", vy, "x", x.size)}
+    if impulse is not None:
+        outputs["impulse"] = _output("impulse", impulse, "i", i.size)
+    for (name, u), (other, w) in itertools.combinations(outputs.items(), 2):
+        if overlap(u, w):
+            raise ValueError(f"{name} and {other} share memory")
+    sides = _sides(box)
+    if not CHECK.compiled(i, j, x.size):
+        _raise_for_pairs(np.asarray(given[0]), np.asarray(given[1]), x.size)
+
+    inputs = [a.copy() if any(overlap(a, u) for u in outputs.values()) else a for a in (i, j, m, x, y, e)]
+    targets = [np.ascontiguousarray(u) for u in outputs.values()]
+    witness = np.empty(len(CARTESIAN.columns))
+    results = targets if len(targets) == 3 else [*targets, np.empty(0)]
+    n_resolved, n_invalid, first = RESOLVE.compiled(*inputs, *sides, CARTESIAN.rules[invalid], *results, witness)
+    for u, target in zip(outputs.values(), targets, strict=True):
+        if u is not target:
+            u[...] = target
+    if n_invalid and invalid == "raise":
+        pair = dict(zip(CARTESIAN.columns, witness.tolist(), strict=True))
+        raise InvalidPairError((first,), n_invalid, f"balls {i[first]} and {j[first]}, as 1 and 2: {reason(pair)}")
+    return int(n_resolved)
+
+
+def _columns(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
+    """The positions, of equal length."""
+    columns = []
+    for name, value in (("x", x), ("y", y)):
+        array = as_array(name, value)
+        if array.ndim != 1:
+            raise ValueError(f"{name} has shape {array.shape}: must be one-dimensional")
+        columns.append(np.ascontiguousarray(array, np.float64))
+    _check_length("y", columns[1], "x", columns[0].size)
+    return columns[0], columns[1]
+
+
+def _column(name: str, value: ArrayLike, like: str, n: int) -> Array:
+    """A number, as an array of one, or n of them."""
+    array = as_array(name, value)
+    if array.size != 1:
+        _check_length(name, array, like, n)
+    return np.ascontiguousarray(array, np.float64).reshape(-1)
+
+
+def _numbers(name: str, value: ArrayLike) -> Array:
+    """The numbers of balls."""
+    array = as_array(name, value)
+    if array.ndim != 1:
+        raise ValueError(f"{name} has shape {array.shape}: must be one-dimensional")
+    if array.size and array.dtype.kind not in "iu":
+        raise TypeError(f"{name} has dtype {array.dtype}: must have an integer dtype")
+    return np.ascontiguousarray(array, np.int64)
+
+
+def _output(name: str, value: Any, like: str, n: int) -> Array:
+    if not isinstance(value, np.ndarray) or isinstance(value, MaskedArray):
+        raise TypeError(f"{name} is of type {type(value).__name__}: must be a NumPy array, as it is written to")
+    if value.dtype != np.float64:
+        raise TypeError(f"{name} has dtype {value.dtype}: must have float64")
+    if not value.flags.writeable:
+        raise TypeError(f"{name} is read-only")
+    _check_length(name, value, like, n)
+    return value
+
+
+def _check_length(name: str, array: Array, like: str, n: int) -> None:
+    if array.shape != (n,):
+        raise ValueError(f"{name} has shape {array.shape}: must have that of {like}, ({n},)")
+
+
+def _sides(box: Any) -> tuple[float, float]:
+    """Of the box; 0 and 0 for none."""
+    if box is None:
+        return 0.0, 0.0
+    sides = as_array("box", box)
+    if sides.shape != (2,):
+        raise ValueError(f"box = {reprlib.repr(box)}: must be None or two lengths, (Lx, Ly)")
+    for k in (0, 1):
+        if not _SHORTEST <= sides[k] <= _LONGEST:
+            raise ValueError(f"box[{k}] = {sides[k]}: must be from {_SHORTEST} to {_LONGEST}")
+    return float(sides[0]), float(sides[1])
+
+
+def _bounds(name: str, array: Array) -> tuple[float, float]:
+    """The least and the largest, if all are finite."""
+    if not array.size:
+        return 0.0, 0.0
+    least, largest = float(array.min()), float(array.max())
+    if not (math.isfinite(least) and math.isfinite(largest)):
+        raise ValueError(f"{name}{_first(array, ~np.isfinite(array))}: must be finite")
+    return least, largest
+
+
+def _first(array: Array, wrong: Array) -> str:
+    """Where and what the first wrong value is."""
+    k = int(np.argmax(wrong))
+    return f"[{k}] = {array[k]}" if array.size > 1 else f" = {array[k]}"
+
+
+def _raise_for_pairs(i: Array, j: Array, n: int) -> NoReturn:
+    """The first fault of a list of pairs, in words."""
+    for name, numbers in (("i", i), ("j", j)):
+        wrong = (numbers < 0) | (numbers >= n)
+        if wrong.any():
+            k = int(np.argmax(wrong))
+            raise IndexError(f"{name}[{k}] = {numbers[k]}: must be the number of a ball, from 0 to {n - 1}")
+    k = int(np.argmax(i == j))
+    raise ValueError(f"i[{k}] = j[{k}] = {i[k]}: a ball cannot collide with itself")
