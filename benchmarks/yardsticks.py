@@ -227,7 +227,7 @@ def c_loop(case: Case) -> Call:
 
 
 @functools.cache
-def _peer(name: str) -> Any:
+def peer(name: str) -> Any:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -267,7 +267,7 @@ NAMES = {
 def numexpr(case: Case) -> Call:
     """What has no place of its own, the factor common to all results, is evaluated once."""
     _all_threads_only(case)
-    ne = _peer("numexpr")
+    ne = peer("numexpr")
     ne.set_num_threads(case.threads)
     names = dict(zip(NAMES[case.form], case.columns, strict=True))
 
@@ -285,8 +285,8 @@ def jax(case: Case) -> Call:
     """The NumPy expressions under jax.jit, inputs already on its device, which is the processor."""
     _all_threads_only(case)
     os.environ.setdefault("JAX_PLATFORMS", "cpu")
-    jax = _peer("jax")
-    jnp = _peer("jax.numpy")
+    jax = peer("jax")
+    jnp = peer("jax.numpy")
     jax.config.update("jax_enable_x64", True)
 
     def plane_from_polar(m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any) -> Any:
@@ -300,7 +300,7 @@ def jax(case: Case) -> Call:
 
 @functools.cache
 def _taichi_kernels() -> dict[str, Any]:
-    ti = _peer("taichi")
+    ti = peer("taichi")
     ti.init(arch=ti.cpu, default_fp=ti.f64, cpu_max_num_threads=collide.get_num_threads(), log_level=ti.ERROR)
     return importlib.import_module("taichi_kernels").KERNELS  # type: ignore[no-any-return]
 
@@ -324,7 +324,7 @@ def pymunk(case: Case) -> Call:
     _all_threads_only(case)
     if case.form != "plane" or case.n > 10_000:
         raise MissingError("an engine is asked for pairs in the plane, up to 10,000")
-    pm = _peer("pymunk")
+    pm = peer("pymunk")
     space = pm.Space()
     space.iterations = 1
     m1, m2, v1x, v1y, v2x, v2y, nx, ny = case.columns

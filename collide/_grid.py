@@ -2,8 +2,8 @@
 
 Each binade of sizes has a grid of its own, cells as wide as two of its largest balls reach; a ball looks into its own
 grid and into all finer ones. In a row of cells the balls lie side by side, so three cells are one range, of which lanes
-take eight balls at a time. A grid is a torus: what would need more cells than there are balls is folded onto fewer, and
-a ball in the far distance shares a cell with others, which costs a comparison. The periodic box is the same torus.
+take several balls at a time. A grid is a torus: one that would need many more cells than there are balls is folded to
+fewer, and a ball in the far distance shares a cell with others, which costs a comparison. A periodic box is one anyway.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from ._memory import WINDOW, put_pairs, window
 LEVELS = 32  # sizes below 2**-31 of the largest share the last grid
 CHUNK = 1 << 13  # balls that are brought into the order of slots together
 BLOCK = 1 << 6  # balls whose contacts are counted together
+ROOM = 4 * BLOCK  # contacts of a block that can be noted
 # Cells of slack for the rounding of positions in units of cells: up to FAR of them that is less than 2**-12. Balls
 # farther out have cells of a power of two, and no rounding.
 LEEWAY, FAR = 2.0**-10, 2.0**40
@@ -129,42 +130,65 @@ def _arrange(balls, buckets, shift, ends, x, y, radius, index, slots, start, sto
             x[p], y[p], radius[p], index[p], slots[p] = ball.x, ball.y, ball.radius, ball.index, ball.slot
 
 
-def _search(x, y, radius, index, slots, ends, grids, margin, lx, ly, most, totals, i, j, start, stop):  # type: ignore[no-untyped-def]  # compiled only
-    """The contacts of the balls start to stop, each with those after it in its own grid and with all in finer ones.
+def _search(x, y, radius, index, slots, ends, grids, margin, lx, ly, most, totals, first, second, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+    """Counts the contacts of each block of balls and notes them, in so far as the block's part of the notes has room.
 
-    With i and j empty they are counted, for each block of balls, and -1 returned where there are more than `most`.
-    Otherwise block b puts them at totals[b] to totals[b + 1].
+    Returns how many there are, or -1 where there are more than `most`.
     """
-    order, rule, pairs = (x, y, radius, index), (margin, lx, ly), (i, j)
-    n_found, g, p = 0, 0, start
+    n_found = 0
     for block in range(start // BLOCK, (stop - 1) // BLOCK + 1):
-        at = totals[block] if i.size > 0 else 0
-        last = min((block + 1) * BLOCK, stop)
-        while p < last:
-            while g + 1 < grids.size and p >= ends[grids[g + 1].slot]:
-                g += 1
-            grid, columns = grids[g], int(grids[g].columns)
-            end = last if g + 1 == grids.size else min(last, ends[grids[g + 1].slot])
-            while p < end:
-                s = slots[p]
-                if s >= 0:  # off the border, where three cells of a row are one range
-                    at = _look(order, rule, p, p + 1, ends[s + 2], pairs, at)
-                    at = _look(order, rule, p, ends[s + columns - 1], ends[s + columns + 2], pairs, at)
-                else:
-                    at = _around(order, rule, ends, grid, p, p + 1, pairs, at)
-                for finer in range(g + 1, grids.size):
-                    at = _around(order, rule, ends, grids[finer], p, 0, pairs, at)
-                p += 1
-        if i.size == 0:
-            totals[block + 1] = at
-            n_found += at
-            if n_found > most:
-                return -1
+        p, last, at = block * BLOCK, min((block + 1) * BLOCK, stop), block * ROOM
+        end = _walk(
+            (x, y, radius, index), (margin, lx, ly), slots, ends, grids, p, last, (first, second), at, at + ROOM
+        )
+        totals[block + 1] = end - at
+        n_found += end - at
+        if n_found > most:
+            return -1
     return n_found
 
 
+def _list(x, y, radius, index, slots, ends, grids, margin, lx, ly, totals, first, second, i, j, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+    """The contacts of block b at totals[b] to totals[b + 1] of i and j: as noted, or where the room was short, anew."""
+    for block in range(start // BLOCK, (stop - 1) // BLOCK + 1):
+        at, end, noted = totals[block], totals[block + 1], block * ROOM
+        if end - at <= ROOM - WINDOW:
+            for k in range(end - at):
+                i[at + k], j[at + k] = first[noted + k], second[noted + k]
+        else:
+            p, last = block * BLOCK, min((block + 1) * BLOCK, stop)
+            _walk((x, y, radius, index), (margin, lx, ly), slots, ends, grids, p, last, (i, j), at, end + WINDOW)
+
+
 @rare
-def _around(order: Any, rule: Any, ends: Any, grid: Any, p: Any, first: Any, pairs: Any, at: Any) -> Any:
+def _walk(
+    order: Any, rule: Any, slots: Any, ends: Any, grids: Any, p: Any, last: Any, pairs: Any, at: Any, room: Any
+) -> Any:
+    """The contacts of the balls p to `last`, each with those after it in its own grid and with all in finer ones.
+
+    They are put into the pairs from place `at` on, but not past `room`; returns the place after all of them.
+    """
+    g = 0
+    while p < last:
+        while g + 1 < grids.size and p >= ends[grids[g + 1].slot]:
+            g += 1
+        grid, columns = grids[g], int(grids[g].columns)
+        end = last if g + 1 == grids.size else min(last, ends[grids[g + 1].slot])
+        while p < end:
+            s = slots[p]
+            if s >= 0:  # off the border, where three cells of a row are one range
+                at = _look(order, rule, p, p + 1, ends[s + 2], pairs, at, room)
+                at = _look(order, rule, p, ends[s + columns - 1], ends[s + columns + 2], pairs, at, room)
+            else:
+                at = _around(order, rule, ends, grid, p, p + 1, pairs, at, room)
+            for finer in range(g + 1, grids.size):
+                at = _around(order, rule, ends, grids[finer], p, 0, pairs, at, room)
+            p += 1
+    return at
+
+
+@rare
+def _around(order: Any, rule: Any, ends: Any, grid: Any, p: Any, first: Any, pairs: Any, at: Any, room: Any) -> Any:
     """The contacts of ball p with those of a grid that are numbered `first` or above, wherever on the torus it is."""
     x, y, radius, _ = order
     reach = radius[p] + grid.radius + rule[0]
@@ -176,9 +200,9 @@ def _around(order: Any, rule: Any, ends: Any, grid: Any, p: Any, first: Any, pai
         over = column + n_columns - width
         if over > 0:
             low, high = max(first, ends[begin]), ends[begin + over]
-            at = _look(order, rule, p, low, high, pairs, at)
+            at = _look(order, rule, p, low, high, pairs, at, room)
         low, high = max(first, ends[begin + column]), ends[begin + column + n_columns - max(over, 0)]
-        at = _look(order, rule, p, low, high, pairs, at)
+        at = _look(order, rule, p, low, high, pairs, at, room)
         row = row + 1 if row + 1 < height else 0
     return at
 
@@ -197,11 +221,8 @@ def _span(q: Any, reach: Any, zero: Any, cells: Any) -> tuple[int, int]:
 
 
 @formula
-def _look(order: Any, rule: Any, p: Any, first: Any, stop: Any, pairs: Any, at: Any) -> Any:
-    """Puts the contacts of ball p with the balls first to stop at place `at` of i and j; returns the place after them.
-
-    With i empty they are only counted.
-    """
+def _look(order: Any, rule: Any, p: Any, first: Any, stop: Any, pairs: Any, at: Any, room: Any) -> Any:
+    """The contacts of ball p with the balls first to stop; see `_walk`."""
     (x, y, radius, index), (margin, lx, ly), (i, j) = order, rule, pairs
     k = first
     while True:  # also where there are none: most often there are few, and not to ask costs less than a wrong guess
@@ -210,7 +231,7 @@ def _look(order: Any, rule: Any, p: Any, first: Any, stop: Any, pairs: Any, at: 
             dx, dy = select(dx < lx - dx, dx, lx - dx), select(dy < ly - dy, dy, ly - dy)
         reach = window(radius, k) + radius[p] + margin
         touching = leading(dx * dx + dy * dy <= reach * reach, stop - k)
-        if i.size > 0:
+        if at + WINDOW <= room:
             put_pairs(i, j, at, index, p, k, touching)
         at += count(touching)
         k += WINDOW
@@ -236,14 +257,6 @@ SURVEY = _kernel(_survey, types.void, _IN, _NUMBER, _NUMBER, _INT64, _OUT)
 PLACE = _kernel(_place, types.void, _IN, _IN, _IN, _NUMBER, _NUMBER, *_BOX, _INT64, _GRIDS, types.int64, _INT32, _TABLE)
 SPREAD = _kernel(_spread, types.void, _IN, _IN, _IN, *_BOX, _INT32, types.int64, _TABLE, _BALLS)
 ARRANGE = _kernel(_arrange, types.void, _BALLS, _INT64, types.int64, _INT32, *[_OUT] * 3, _INT32, _INT32)
-SEARCH = _kernel(
-    _search,
-    types.int64,
-    *[_OUT] * 3,
-    *[_INT32] * 3,
-    _GRIDS,
-    _NUMBER,
-    *_BOX,
-    types.int64,
-    *[_INT64] * 3,
-)
+_FIND = (*[_OUT] * 3, *[_INT32] * 3, _GRIDS, _NUMBER, *_BOX)
+SEARCH = _kernel(_search, types.int64, *_FIND, types.int64, _INT64, _INT32, _INT32)
+LIST = _kernel(_list, types.void, *_FIND, _INT64, _INT32, _INT32, _INT64, _INT64)

@@ -16,7 +16,7 @@ from numba.core import cgutils
 from ._jit import formula, intrinsic, rare
 from ._lanes import _F64, _I32, _I64, LINE, Lanes, _constant, _splat, lanes_below, out_of_line
 
-_SUFFIX = {"double": "f64", "float": "f32", "i64": "i64"}
+_SUFFIX = {"double": "f64", "float": "f32", "i32": "i32", "i64": "i64"}
 
 
 def lanes_of(dtype: Any) -> Lanes:
@@ -138,17 +138,19 @@ def store(typingctx: Any, outputs: Any, k: Any, n: Any, values: Any, streaming: 
     return types.void(outputs, types.int64, types.int64, values, types.boolean), codegen
 
 
-WINDOW = LINE // 8
+# Three cells of a row seldom hold more balls than these: with eight, the search for contacts took a third longer.
+WINDOW = 4
 
 
 @intrinsic
 def window(typingctx: Any, array: Any, k: Any) -> Any:
-    """The eight values from k on. There must be as many."""
+    """The values of WINDOW elements from k on. There must be as many."""
     lanes = Lanes(WINDOW)
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        _, address = _vector_pointer(context, b, sig.args[0], *args)
-        return b.load(address, align=1)
+        data = context.make_array(array)(context, b, args[0]).data
+        vector = ir.VectorType(_F64, WINDOW)
+        return b.load(b.bitcast(b.gep(data, [args[1]], inbounds=True), vector.as_pointer()), align=8)
 
     return lanes(array, types.int64), codegen
 
@@ -157,14 +159,15 @@ def window(typingctx: Any, array: Any, k: Any) -> Any:
 def put_pairs(typingctx: Any, i: Any, j: Any, at: Any, index: Any, p: Any, k: Any, mask: Any) -> Any:
     """From place `at` on, the numbers index[p] in i and index[k + lane] in j for each lane that holds; the lower in i.
 
-    Lanes are pressed together without a branch: to take the hits one by one cost half as much again as all the search.
+    Lanes are pressed together without a branch: with the hits taken one by one the search took half as long again.
     """
-    wide, narrow = ir.VectorType(_I64, WINDOW), ir.VectorType(_I32, WINDOW)
+    narrow = ir.VectorType(_I32, WINDOW)
+    target = ir.VectorType(ir.IntType(i.dtype.bitwidth), WINDOW)
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        def element(array: int, k: Any, vector: Any) -> Any:
+        def element(array: int, k: Any, kind: Any) -> Any:
             data = context.make_array(sig.args[array])(context, b, args[array]).data
-            return b.bitcast(b.gep(data, [k], inbounds=True), vector.as_pointer())
+            return b.bitcast(b.gep(data, [k], inbounds=True), kind.as_pointer())
 
         one = _splat(b, b.load(element(3, args[4], _I32)), WINDOW)
         other = b.load(element(3, args[5], narrow), align=4)
@@ -172,11 +175,12 @@ def put_pairs(typingctx: Any, i: Any, j: Any, at: Any, index: Any, p: Any, k: An
         press = ir.FunctionType(narrow, [narrow, args[6].type, narrow])
         press = cgutils.get_or_insert_function(b.module, press, f"llvm.experimental.vector.compress.v{WINDOW}i32")
         bits = b.zext(b.bitcast(args[6], ir.IntType(WINDOW)), _I64)
-        room = lanes_below(b, b.ctpop(bits), WINDOW)
+        hits = lanes_below(b, b.ctpop(bits), WINDOW)
         for array, numbers in ((0, b.select(below, one, other)), (1, b.select(below, other, one))):
-            numbers = b.sext(b.call(press, [numbers, args[6], ir.Constant(narrow, ir.Undefined)]), wide)
-            target = [numbers, element(array, args[2], wide), ir.Constant(_I32, 8), room]
-            _masked(b, "store", wide, ir.VoidType(), target)
+            numbers = b.call(press, [numbers, args[6], ir.Constant(narrow, ir.Undefined)])
+            numbers = numbers if target == narrow else b.sext(numbers, target)
+            alignment = ir.Constant(_I32, target.element.width // 8)
+            _masked(b, "store", target, ir.VoidType(), [numbers, element(array, args[2], target), alignment, hits])
         return context.get_dummy_value()
 
     return types.void(i, j, types.int64, index, types.int64, types.int64, mask), codegen

@@ -1,12 +1,13 @@
 """The search for contacts as a whole: grids laid out, balls sorted into them, contacts counted and then listed.
 
-Counted first, so that nothing but the list itself grows with it. Every pass runs on all threads; the order of the list
-is that of the slots, and within a slot that of the balls' numbers, on any number of threads.
+Noted and counted first, so that nothing but the list itself grows with it. Every pass runs on all threads; the order of
+the list is that of the slots, and within a slot that of the balls' numbers, on any number of threads.
 """
 
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
 import os
 from functools import partial
@@ -15,12 +16,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import _threads
-from ._grid import ARRANGE, BALL, BLOCK, CHUNK, FAR, GRID, LEEWAY, LEVELS, PLACE, SEARCH, SPREAD, SURVEY
+from ._grid import ARRANGE, BALL, BLOCK, CHUNK, FAR, GRID, LEEWAY, LEVELS, LIST, PLACE, SEARCH, SPREAD, SURVEY
 from ._lanes import LINE
 from ._memory import WINDOW
 
 Array = np.ndarray[Any, np.dtype[Any]]
-Bounds = tuple[float, float]  # the least and the largest of the positions
+Bounds = tuple[float, float]  # the least and the largest
 
 # A grid of more cells than this a ball is folded onto half of that.
 _CELLS_A_BALL = 4.0
@@ -38,28 +39,29 @@ class _Level(NamedTuple):
 
 
 def contacts(
-    x: Array, y: Array, radius: Array, bounds: tuple[Bounds, Bounds], box: tuple[float, float], margin: float
+    x: Array, y: Array, radius: Array, bounds: tuple[Bounds, Bounds, Bounds], box: tuple[float, float], margin: float
 ) -> tuple[Array, Array]:
-    """The numbers i < j of the balls that touch, of arguments that the facade has checked. No box is one of (0, 0)."""
-    n = x.size
+    """The numbers i < j of the balls that touch.
+
+    The facade has checked the arguments; bounds are those of x, y and radius, and a box of (0, 0) is none.
+    """
+    n, (_, largest) = x.size, bounds[2]
     if n < 2:
         return np.empty(0, np.intp), np.empty(0, np.intp)
-    largest = float(radius.max())
-    levels = _levels(radius, largest, margin, n)
-    grids, which, n_slots = _lay_out(levels, bounds, box, margin)
+    grids, which, n_slots = _lay_out(_levels(radius, bounds[2], margin, n), bounds[:2], box, margin)
 
     shift = max(_BUCKET_BITS, n_slots.bit_length() - _BUCKETS_BITS)
-    room = _Room(n * (BALL.itemsize + 3 * 8 + 3 * 4) + n_slots * 4)
+    n_noted = -(-n // BLOCK) * BLOCK
+    room = _Room(n * (3 * 8 + 3 * 4) + n_noted * BALL.itemsize + n_slots * 4)
     slots = room.take(n, np.int32)
     counts = np.zeros(((n - 1) // CHUNK + 1, (n_slots - 1 >> shift) + 1), np.int64)
     place = partial(PLACE.compiled, x, y, radius, largest, margin, *box, which, grids, shift, slots, counts)
     _threads.run(place, n, CHUNK, _WORK)
 
     # Bucket by bucket, and in a bucket chunk by chunk: so the balls keep their order.
-    starts = np.concatenate([[0], np.cumsum(counts.T)])
-    offsets = starts[:-1].reshape(counts.T.shape).T.copy()
-    buckets = starts[:: len(counts)].copy()
-    balls = room.take(n, BALL)
+    offsets = np.ascontiguousarray(np.cumsum(counts.T).reshape(counts.T.shape).T - counts)
+    buckets = np.append(offsets[0], n)
+    balls = room.take(n_noted, BALL)
     _threads.run(partial(SPREAD.compiled, x, y, radius, *box, slots, shift, offsets, balls), n, CHUNK, _WORK)
 
     x, y, radius = (room.take(n + WINDOW, np.float64) for _ in range(3))
@@ -68,22 +70,23 @@ def contacts(
     arrange = partial(ARRANGE.compiled, balls, buckets, shift, ends, x, y, radius, index, slots)
     _threads.run(arrange, n_slots, 1 << shift, max(1, _WORK * n // n_slots))
 
-    most, nothing = _most_contacts(), np.empty(0, np.int64)
-    totals = np.zeros((n - 1) // BLOCK + 2, np.int64)
-    search = partial(SEARCH.compiled, x, y, radius, index, slots, ends, grids, margin, *box, most, totals)
-    found = _threads.run(partial(search, nothing, nothing), n, BLOCK, _WORK)
+    find = x, y, radius, index, slots, ends, grids, margin, *box
+    # The notes lie where the unsorted balls lay.
+    first, second = balls.view(np.int32).reshape(2, -1)
+    totals, most = np.zeros((n - 1) // BLOCK + 2, np.int64), _most_contacts()
+    found = _threads.run(partial(SEARCH.compiled, *find, most, totals, first, second), n, BLOCK, _WORK)
     if min(found) < 0 or sum(found) > most:
         raise MemoryError(f"more than {most:,} contacts: a list of them does not fit into this machine's memory")
     np.cumsum(totals, out=totals)
     i, j = np.empty(totals[-1], np.int64), np.empty(totals[-1], np.int64)
-    if i.size:
-        _threads.run(partial(search, i, j), n, BLOCK, _WORK)
+    _threads.run(partial(LIST.compiled, *find, totals, first, second, i, j), n, BLOCK, _WORK)
     room.leave()
     return i, j
 
 
-def _levels(radius: Array, largest: float, margin: float, n: int) -> list[_Level]:
-    if float(radius.min()) + 0.5 * margin > 0.5 * (largest + 0.5 * margin):
+def _levels(radius: Array, bounds: Bounds, margin: float, n: int) -> list[_Level]:
+    least, largest = bounds
+    if least + 0.5 * margin > 0.5 * (largest + 0.5 * margin):
         return [_Level(0, n, largest)]
 
     def survey(start: int, stop: int) -> tuple[Array, Array]:
@@ -146,6 +149,7 @@ def _folded(wanted: list[float], balls: int) -> list[float]:
     return [columns // 1.0, min(wanted[1], most / columns) // 1.0]
 
 
+@functools.cache
 def _most_contacts() -> int:
     """As many as fit into the machine's memory."""
     if not hasattr(os, "sysconf"):

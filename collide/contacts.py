@@ -70,8 +70,8 @@ def find_contacts(
     sides = _sides(box)
     if as_array("margin", margin).ndim or not 0.0 <= margin < math.inf:
         raise ValueError(f"margin = {reprlib.repr(margin)}: must be one finite number >= 0")
-    bounds = _bounds("x", x), _bounds("y", y)
-    least, largest = _bounds("radius", radius)
+    bounds = _bounds("x", x), _bounds("y", y), _bounds("radius", radius)
+    least, largest = bounds[2]
     if least < 0.0:
         raise ValueError(f"radius{_first(radius, radius < 0.0)}: must be >= 0")
     reach = 2.0 * largest + margin
@@ -222,9 +222,10 @@ def _sides(box: Any) -> tuple[float, float]:
 
 def _bounds(name: str, array: Array) -> tuple[float, float]:
     """The least and the largest, if all are finite."""
-    if not array.size:
-        return 0.0, 0.0
-    least, largest = float(array.min()), float(array.max())
+    if array.size > 1:
+        least, largest = float(array.min()), float(array.max())
+    else:
+        least = largest = float(array[0]) if array.size else 0.0
     if not (math.isfinite(least) and math.isfinite(largest)):
         raise ValueError(f"{name}{_first(array, ~np.isfinite(array))}: must be finite")
     return least, largest

@@ -34,10 +34,11 @@ def step(position: Any, v: Any, side: float, walls: bool) -> int:
     position += TIME_STEP * v
     if walls:
         for axis, nx, ny in ((0, 1.0, 0.0), (1, 0.0, 1.0)):
-            for toward, beyond in ((-1, position[axis] < RADIUS), (1, position[axis] > side - RADIUS)):
-                vx, vy = v[:, beyond]
-                u = collide.resolve_2d(1, np.inf, vx, vy, 0, 0, toward * nx, toward * ny, approaching_only=True)
-                v[:, beyond] = u[:2]
+            off = position[axis] - side / 2
+            k = np.flatnonzero(np.abs(off) > side / 2 - RADIUS)
+            out = np.sign(off[k])  # the wall is an immovable ball 2, on this side
+            u = collide.resolve_2d(1, np.inf, v[0, k], v[1, k], 0, 0, out * nx, out * ny, approaching_only=True)
+            v[:, k] = u[:2]
     (x, y), (vx, vy), box = position, v, None if walls else (side, side)
     i, j = collide.find_contacts(x, y, RADIUS, box=box)
     return collide.resolve_contacts(i, j, 1.0, x, y, vx, vy, box=box)
