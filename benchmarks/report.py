@@ -104,6 +104,7 @@ def section(data: dict[str, Any]) -> str:
         "",
         *wrapped(f"One pair, in arrays of length 1: {latencies(found, threads)}. {start(data)}"),
         "",
+        *simulation(data),
         *wrapped("Where it loses: " + losses(found) + "."),
         "",
         *wrapped(
@@ -145,6 +146,37 @@ def start(data: dict[str, Any]) -> str:
         f"{cached:.2f} s (that of a trivial function of Numba's {trivial:.2f}), or {compiling:.1f} s where it has to "
         "be compiled."
     )
+
+
+def simulation(data: dict[str, Any]) -> list[str]:
+    """What the benchmarks of a ball state found; nothing of what did not run."""
+    infos = [b["extra_info"] for b in data["benchmarks"]]
+    ratios = {
+        (i["rival"], i["search"], i["space"]): number(1 / i["as fast as the reference"]) for i in infos if "search" in i
+    }
+    lines = []
+    if ratios:
+        sizes, spaces = (list(dict.fromkeys(key[k] for key in ratios)) for k in (1, 2))
+        lines += [
+            *wrapped(
+                f"How many times as fast as others find_contacts is, {' / '.join(spaces)}, by the number of disks:"
+            ),
+            "",
+            "| | " + " | ".join(f"{n:,}" for n in sizes) + " |",
+            "|---|" + "---|" * len(sizes),
+        ]
+        for rival in dict.fromkeys(key[0] for key in ratios):
+            cells = (" / ".join(ratios.get((rival, n, space), "-") for space in spaces) for n in sizes)
+            lines.append(f"| {rival} | " + " | ".join(cells) + " |")
+        lines.append("")
+    rates = ", ".join(f"{number(i['rate'])} million in {i['resolve']}" for i in infos if "resolve" in i)
+    steps = ", ".join(
+        f"{i['rival']} {number(1 / i['as fast as the reference'])} times as long" for i in infos if "step" in i
+    )
+    sentences = [f"resolve_contacts takes of a million disks, in pairs a second: {rates}."] if rates else []
+    if steps:
+        sentences.append(f"A step of a gas of 10,000 disks takes {steps}.")
+    return [*lines, *wrapped(" ".join(sentences)), ""] if sentences else lines
 
 
 def losses(found: dict[Key, Entry]) -> str:

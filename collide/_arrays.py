@@ -61,15 +61,20 @@ def resolve(form: Form, inputs: tuple[Any, ...], approaching_only: Any, invalid:
     """The outputs of a call, scalars where all inputs are scalars."""
     if approaching_only is not False and not isinstance(approaching_only, _BOOLS):
         raise TypeError(f"approaching_only = {approaching_only!r}: must be True or False")
-    if type(invalid) is not str or invalid not in form.rules:
-        raise ValueError(f"invalid = {invalid!r}: must be one of {', '.join(map(repr, form.rules))}")
-    options = bool(approaching_only), form.rules[invalid]
+    options = bool(approaching_only), gives_nan(invalid, form.rules)
     outputs, tally = _direct(form, inputs, out, options) or _general(form, inputs, out, options)
     if tally and invalid == "raise":
         index = tuple(int(i) for i in np.unravel_index(tally.first, outputs[0].shape))
         pair = dict(zip(form.columns, tally.witness.tolist(), strict=True))
         raise InvalidPairError(index, tally.n_invalid, reason(pair))
     return outputs
+
+
+def gives_nan(invalid: Any, rules: dict[str, bool]) -> bool:
+    """Whether an invalid pair gets NaN, by an option that has to be one of these."""
+    if type(invalid) is not str or invalid not in rules:
+        raise ValueError(f"invalid = {invalid!r}: must be one of {', '.join(map(repr, rules))}")
+    return rules[invalid]
 
 
 def _direct(

@@ -86,7 +86,7 @@ def contacts(
 
 def _levels(radius: Array, bounds: Bounds, margin: float, n: int) -> list[_Level]:
     least, largest = bounds
-    if least + 0.5 * margin > 0.5 * (largest + 0.5 * margin):
+    if least + 0.5 * margin >= 0.5 * (largest + 0.5 * margin):
         return [_Level(0, n, largest)]
 
     def survey(start: int, stop: int) -> tuple[Array, Array]:

@@ -85,7 +85,6 @@ def _resolve(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, 
     return (v1x, v1y, v2x, v2y), after, closing, scalar.impulse(m1, m2, j1, j2, square)
 
 
-AHEAD = 32
 _READ, _WRITE = types.Array(types.float64, 1, "C", readonly=True), types.Array(types.float64, 1, "C")
 _BALLS = types.Array(types.int64, 1, "C", readonly=True)
 CHECK = Kernel(_kernel_check, types.boolean(_BALLS, _BALLS, types.int64), "_kernel_check")

@@ -12,7 +12,7 @@ from numpy.ma import MaskedArray
 from numpy.typing import ArrayLike
 
 from . import _neighbours
-from ._arrays import as_array, overlap
+from ._arrays import as_array, gives_nan, overlap
 from ._kernels import CARTESIAN
 from ._sequential import CHECK, RESOLVE
 from .errors import InvalidPairError, reason
@@ -54,7 +54,7 @@ def find_contacts(
     Returns the named tuple (i, j): two intp arrays, i < j, each pair once. Their order is always the same for the same
     arguments, whatever the number of threads, and has no other meaning, but that neighbours in space are near each
     other in the list. Balls are sorted into cells: the time grows with the balls and the contacts only. Besides the
-    list, some 90 bytes a ball are needed for a while.
+    list, up to 100 bytes a ball are needed for a while.
 
     Raises ValueError for positions that are not finite, negative radii, shapes that do not match, a box that is too
     small; TypeError for other dtypes and masked arrays; MemoryError for a list that cannot fit into memory.
@@ -130,9 +130,7 @@ def resolve_contacts(
     >>> vx
     array([0., 0., 1.])
     """
-    if type(invalid) is not str or invalid not in CARTESIAN.rules:
-        raise ValueError(f"invalid = {invalid!r}: must be one of {', '.join(map(repr, CARTESIAN.rules))}")
-    given = i, j
+    nan, given = gives_nan(invalid, CARTESIAN.rules), (i, j)
     i, j = _numbers("i", i), _numbers("j", j)
     _check_length("j", j, "i", i.size)
     x, y = _columns(x, y)
@@ -151,7 +149,7 @@ def resolve_contacts(
     targets = [np.ascontiguousarray(u) for u in outputs.values()]
     witness = np.empty(len(CARTESIAN.columns))
     results = targets if len(targets) == 3 else [*targets, np.empty(0)]
-    n_resolved, n_invalid, first = RESOLVE.compiled(*inputs, *sides, CARTESIAN.rules[invalid], *results, witness)
+    n_resolved, n_invalid, first = RESOLVE.compiled(*inputs, *sides, nan, *results, witness)
     for u, target in zip(outputs.values(), targets, strict=True):
         if u is not target:
             u[...] = target

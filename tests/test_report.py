@@ -36,6 +36,14 @@ def data(report):
     variants = [{"extra_info": {**variant, "form": form}, "stats": {}} for form in report.COLLISIONS]
     names = ("import numba", "import numba and collide", "trivial, cached", "collide, cached", "collide, compiling")
     starts = [{"extra_info": {"start": name, "seconds": s}, "stats": {}} for s, name in enumerate(names, 1)]
+    searches = [
+        {"extra_info": {"search": n, "space": space, "rival": "a tree", "as fast as the reference": 1 / ratio}}
+        for n, space, ratio in ((100, "open", 0.5), (10_000, "open", 7.44), (10_000, "periodic", 12.3))
+    ]
+    others = [
+        {"extra_info": {"resolve": "cell order", "rate": 51.2, "as fast as the reference": 1.0}},
+        {"extra_info": {"step": "a gas", "rival": "an engine", "as fast as the reference": 0.125}},
+    ]
     machine = {
         "collide threads": 2,
         "numpy": "2.4",
@@ -44,7 +52,7 @@ def data(report):
         "OMP_WAIT_POLICY": "passive",
     }
     return {
-        "benchmarks": batches + variants + starts,
+        "benchmarks": batches + variants + starts + searches + others,
         "machine_info": {**machine, "cpu": {"brand_raw": "A processor"}},
         "datetime": "2026-01-02T03:04:05",
     }
@@ -55,6 +63,22 @@ def test_rates_are_ratios_times_the_rate_of_collide(report, data):
     assert found["plane", 10_000_000, 2, "collide"] == (pytest.approx(5e8), 1.0)
     assert found["plane", 10_000_000, 2, "bytes only"] == (pytest.approx(6.25e8), pytest.approx(0.8))
     assert found["plane", 1, 2, "NumPy"] == (pytest.approx(1 / 12e-6), pytest.approx(2.0))
+
+
+def test_a_ball_state_is_reported_as_far_as_it_was_measured(report, data):
+    assert report.simulation(data) == [
+        "How many times as fast as others find_contacts is, open / periodic, by the number of disks:",
+        "",
+        "| | 100 | 10,000 |",
+        "|---|---|---|",
+        "| a tree | 0.50 / - | 7.44 / 12.3 |",
+        "",
+        "resolve_contacts takes of a million disks, in pairs a second: 51.2 million in cell order. A step of a gas of "
+        "10,000",
+        "disks takes an engine 8.00 times as long.",
+        "",
+    ]
+    assert report.simulation({"benchmarks": []}) == []
 
 
 def test_the_section(report, data):
