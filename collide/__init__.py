@@ -1,5 +1,10 @@
 """Elastic collisions of two balls, millions at once."""
 
+import sys
+
+if sys.byteorder != "little" or sys.maxsize < 2**63 - 1:
+    raise ImportError("collide needs a 64-bit, little-endian platform: its kernels look at the bits of a float64")
+
 from . import scalar
 from ._threads import get_num_threads, set_num_threads
 from .batch import impulse_2d, resolve_1d, resolve_2d, resolve_polar, time_of_impact

@@ -120,7 +120,8 @@ class _DiskCache(NullCache):  # type: ignore[misc]
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         target_context.refresh()
         for folder in _folders() if _SOURCES else []:
-            with contextlib.suppress(OSError):
+            # Whatever is wrong with a file, its kernel is compiled anew: a cache never decides whether a call works.
+            with contextlib.suppress(Exception):
                 data = self._path(folder, sig, target_context.codegen()).read_bytes()
                 if hashlib.sha256(data[32:]).digest() == data[:32]:
                     return CompileResult._rebuild(target_context, *pickle.loads(data[32:]))

@@ -1,6 +1,8 @@
 """Compiled kernels are kept on disk, found again, never stale, and never a reason to fail."""
 
+import hashlib
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -185,7 +187,13 @@ def with_one_bit_flipped(content):
     return content[:-100] + bytes([content[-100] ^ 1]) + content[-99:]
 
 
-@pytest.mark.parametrize("damage", [empty, truncated, garbage, with_one_bit_flipped])
+def of_another_kind(content):
+    """Whole, by its checksum, and yet no kernel."""
+    payload = pickle.dumps("no kernel")
+    return hashlib.sha256(payload).digest() + payload
+
+
+@pytest.mark.parametrize("damage", [empty, truncated, garbage, with_one_bit_flipped, of_another_kind])
 def test_damaged_kernel_is_replaced(damage, filled_copy):
     cache = filled_copy / "kernels"
     (path,) = kernels(cache)
@@ -199,7 +207,8 @@ def test_damaged_kernel_is_replaced(damage, filled_copy):
     assert kernels(cache) == repaired
 
 
-def test_two_processes_may_fill_one_cache_at_once(folder):
+@pytest.mark.parametrize("repeat", range(10))
+def test_two_processes_may_fill_one_cache_at_once(folder, repeat):
     cache = folder / "kernels"
     variables = environment(folder, NUMBA_CACHE_DIR=cache)
     pair = [

@@ -90,3 +90,10 @@ def test_importing_without_docstrings():
     code = "import collide; print(collide.resolve_2d.__doc__, collide.resolve_1d(1.0, 1.0, 3.0, 5.0))"
     run = subprocess.run([sys.executable, "-OO", "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert run.stdout.startswith("None Velocities1D(u1=np.float64(5.0)")
+
+
+@pytest.mark.parametrize("other", ["sys.byteorder = 'big'", "sys.maxsize = 2**31 - 1"])
+def test_other_platforms_are_refused(other):
+    code = f"import sys; {other}; import collide"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert "ImportError: collide needs a 64-bit, little-endian platform" in run.stderr
