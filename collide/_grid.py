@@ -4,6 +4,7 @@ Each binade of sizes has a grid of its own, cells as wide as two of its largest 
 grid and into all finer ones. In a row of cells the balls lie side by side, so three cells are one range, of which lanes
 take several balls at a time. A grid is a torus: one that would need many more cells than there are balls is folded to
 fewer, and a ball in the far distance shares a cell with others, which costs a comparison. A periodic box is one anyway.
+A twist, as of a helix, keeps balls on a line from sharing the few cells of one row of it.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ ROOM = 4 * BLOCK  # contacts of a block that can be noted
 # farther out have cells of a power of two, and no rounding.
 LEEWAY, FAR = 2.0**-10, 2.0**40
 
-# A grid: cells per length, the cell before the first, columns and rows; the largest radius in it; its first slot
-# among those of all grids.
+# A grid: cells per length, the cell before the first, columns and rows; by how many rows a turn around the columns ends
+# farther on; the largest radius in it; its first slot among those of all grids.
 GRID = np.dtype(
-    [(name, "f8") for name in ("per_x", "per_y", "x0", "y0", "columns", "rows", "radius")] + [("slot", "i8")]
+    [(name, "f8") for name in ("per_x", "per_y", "x0", "y0", "columns", "rows", "twist", "radius")] + [("slot", "i8")]
 )
 BALL = np.dtype([("x", "f8"), ("y", "f8"), ("radius", "f8"), ("index", "i4"), ("slot", "i4")])
 
@@ -52,6 +53,21 @@ def _survey(radius, largest, margin, balls, reach, start, stop):  # type: ignore
         reach[level] = max(reach[level], radius[k])
 
 
+def _sample(x, y, radius, largest, margin, lx, ly, level, share, xs, ys, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+    """Positions of a random share of the balls of a level, as far as there is room; returns how many."""
+    n = 0
+    for k in range(start, stop):
+        # Not each so-manieth: of balls in the order of their cells these would be farther apart than chance.
+        z = (np.uint64(k) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        picked = (z >> np.uint64(11)) * 2.0**-53 < share and n < xs.size
+        if picked and (radius.size == 1 or _level(radius[k], largest, margin) == level):
+            xs[n], ys[n] = wrap(x[k], lx), wrap(y[k], ly)
+            n += 1
+    return n
+
+
 @formula
 def _fold(cell: Any, cells: Any) -> Any:
     """The cell on the torus; exact for a cell of any size."""
@@ -64,8 +80,18 @@ def _fold(cell: Any, cells: Any) -> Any:
 
 
 @formula
-def _wrap(x: Any, length: Any) -> Any:
-    """The position in the box; length 0 is no box."""
+def _column_and_row(cell_x: Any, cell_y: Any, columns: Any, rows: Any, twist: Any) -> tuple[Any, Any]:
+    """Where a cell of the plane is on the torus."""
+    column = _fold(cell_x, columns)
+    if twist > 0.0 and column != cell_x:
+        # The number of columns is a power of two then, so that this is exact for a cell of any size.
+        cell_y = _fold(cell_y, rows) + twist * _fold((cell_x - column) / columns, rows)
+    return column, _fold(cell_y, rows)
+
+
+@formula
+def wrap(x: Any, length: Any) -> Any:
+    """The position in a periodic box; length 0 is no box."""
     return x % length if length > 0.0 and not 0.0 <= x < length else x
 
 
@@ -75,15 +101,15 @@ def _place(x, y, radius, largest, margin, lx, ly, which, grids, shift, slots, co
     for chunk in range(start // CHUNK, (stop - 1) // CHUNK + 1):
         tally = counts[chunk]
         for k in range(chunk * CHUNK, min((chunk + 1) * CHUNK, stop)):
-            own = which[_level(radius[k], largest, margin)] if grids.size > 1 else 0
+            own = which[_level(radius[k], largest, margin)] if radius.size > 1 else 0
             if own != g:
                 g = own
                 grid = grids[g]
                 per_x, x0, columns = grid.per_x, grid.x0, grid.columns
                 per_y, y0, rows = grid.per_y, grid.y0, grid.rows
-                begin = grid.slot
-            column = _fold(np.floor(_wrap(x[k], lx) * per_x) - x0, columns)
-            row = _fold(np.floor(_wrap(y[k], ly) * per_y) - y0, rows)
+                begin, twist = grid.slot, grid.twist
+            cell_x, cell_y = np.floor(wrap(x[k], lx) * per_x) - x0, np.floor(wrap(y[k], ly) * per_y) - y0
+            column, row = _column_and_row(cell_x, cell_y, columns, rows, twist)
             slot = begin + int(row * columns + column)
             inside = (column > 0.0) & (column < columns - 1.0) & (row > 0.0) & (row < rows - 1.0)
             slots[k] = slot if inside else ~slot
@@ -105,7 +131,7 @@ def _spread(x, y, radius, lx, ly, slots, shift, offsets, balls, start, stop):  #
             bucket = _slot(slots[k]) >> shift
             ball = balls[at[bucket]]
             at[bucket] += 1
-            ball.x, ball.y, ball.radius = _wrap(x[k], lx), _wrap(y[k], ly), radius[k * each]
+            ball.x, ball.y, ball.radius = wrap(x[k], lx), wrap(y[k], ly), radius[k * each]
             ball.index, ball.slot = k, slots[k]
 
 
@@ -192,32 +218,41 @@ def _around(order: Any, rule: Any, ends: Any, grid: Any, p: Any, first: Any, pai
     """The contacts of ball p with those of a grid that are numbered `first` or above, wherever on the torus it is."""
     x, y, radius, _ = order
     reach = radius[p] + grid.radius + rule[0]
-    column, n_columns = _span(x[p] * grid.per_x, reach * grid.per_x, grid.x0, grid.columns)
-    row, n_rows = _span(y[p] * grid.per_y, reach * grid.per_y, grid.y0, grid.rows)
-    width, height = int(grid.columns), int(grid.rows)
-    for _ in range(n_rows):
-        begin = grid.slot + row * width
-        over = column + n_columns - width
+    cell_x, n_columns = _span(x[p] * grid.per_x, reach * grid.per_x)
+    cell_y, n_rows = _span(y[p] * grid.per_y, reach * grid.per_y)
+    first_column, first_row = _column_and_row(cell_x - grid.x0, cell_y - grid.y0, grid.columns, grid.rows, grid.twist)
+    column, row, width, height, twist = (
+        int(first_column),
+        int(first_row),
+        int(grid.columns),
+        int(grid.rows),
+        int(grid.twist),
+    )
+    # What goes around the torus takes in each of its rows, or columns, once.
+    if n_columns >= width:
+        column, n_columns = 0, float(width)
+        if twist > 0:
+            n_rows = float(height)
+    over = column + int(n_columns) - width
+    for _ in range(int(min(n_rows, float(height)))):
         if over > 0:
-            low, high = max(first, ends[begin]), ends[begin + over]
-            at = _look(order, rule, p, low, high, pairs, at, room)
-        low, high = max(first, ends[begin + column]), ends[begin + column + n_columns - max(over, 0)]
+            begin = grid.slot + (row + twist) % height * width
+            at = _look(order, rule, p, max(first, ends[begin]), ends[begin + over], pairs, at, room)
+        begin = grid.slot + row * width + column
+        low, high = max(first, ends[begin]), ends[begin + int(n_columns) - max(over, 0)]
         at = _look(order, rule, p, low, high, pairs, at, room)
         row = row + 1 if row + 1 < height else 0
     return at
 
 
 @formula
-def _span(q: Any, reach: Any, zero: Any, cells: Any) -> tuple[int, int]:
-    """The first cell on the torus that `reach` cells to both sides of q touch, and how many cells they touch.
+def _span(q: Any, reach: Any) -> tuple[Any, Any]:
+    """The first cell that `reach` cells to both sides of q touch, and how many they touch.
 
     One more where the rounding of q may have hidden it.
     """
     low, high = np.floor(q - (reach + LEEWAY)), np.floor(q + (reach + LEEWAY))
-    n = high - low + 1.0
-    if not n < cells:  # or NaN, where they reach to infinity
-        return 0, int(cells)
-    return int(_fold(low - zero, cells)), int(n)
+    return low, high - low + 1.0
 
 
 @formula
@@ -254,6 +289,7 @@ _GRIDS, _BALLS = _array(from_dtype(GRID)), _array(from_dtype(BALL))
 _BOX = _NUMBER, _NUMBER
 
 SURVEY = _kernel(_survey, types.void, _IN, _NUMBER, _NUMBER, _INT64, _OUT)
+SAMPLE = _kernel(_sample, types.int64, _IN, _IN, _IN, _NUMBER, _NUMBER, *_BOX, types.int64, _NUMBER, _OUT, _OUT)
 PLACE = _kernel(_place, types.void, _IN, _IN, _IN, _NUMBER, _NUMBER, *_BOX, _INT64, _GRIDS, types.int64, _INT32, _TABLE)
 SPREAD = _kernel(_spread, types.void, _IN, _IN, _IN, *_BOX, _INT32, types.int64, _TABLE, _BALLS)
 ARRANGE = _kernel(_arrange, types.void, _BALLS, _INT64, types.int64, _INT32, *[_OUT] * 3, _INT32, _INT32)

@@ -10,6 +10,7 @@ from numba import types
 
 from . import scalar
 from ._elementwise import select
+from ._grid import wrap
 from ._jit import Kernel, formula
 from ._kernels import valid_2d
 from ._lanes import select_each
@@ -48,8 +49,8 @@ def _kernel_contacts(  # type: ignore[no-untyped-def]  # compiled only
             vy[one],
             vx[two],
             vy[two],
-            _nearest(x[two] - x[one], lx),
-            _nearest(y[two] - y[one], ly),
+            _distance(x[one], x[two], lx),
+            _distance(y[one], y[two], ly),
             e[k * each_e],
         )
         before, after, closing, p = _resolve(*pair)
@@ -57,7 +58,7 @@ def _kernel_contacts(  # type: ignore[no-untyped-def]  # compiled only
         # and a wrong guess costs more than to write velocities that have not changed.
         apart = closing <= 0.0
         after = select_each(apart, before, after)
-        valid = valid_2d(pair, after, (vx,))
+        valid = valid_2d(pair, after, (vx,)) & ((impulse.size == 0) | (abs(p) < math.inf) | apart)
         n_resolved += valid & (not apart)
         if not valid:
             if n_invalid == 0:
@@ -73,8 +74,9 @@ def _kernel_contacts(  # type: ignore[no-untyped-def]  # compiled only
 
 
 @formula
-def _nearest(d: Any, length: Any) -> Any:
-    """The shortest of the distances to a ball and its images in a periodic box; length 0 is no box."""
+def _distance(x1: Any, x2: Any, length: Any) -> Any:
+    """x2 - x1, in a periodic box to the nearest image; length 0 is no box."""
+    d = wrap(x2, length) - wrap(x1, length)
     return d - length * np.rint(d / length) if length > 0.0 else d
 
 

@@ -21,7 +21,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 # Beyond these, squares of distances leave the range of float64.
 _SHORTEST, _LONGEST = 1e-150, 1e150
-_MOST_BALLS = (1 << 31) - 1  # their numbers are kept as int32
+_MOST_BALLS = (1 << 29) - 1024  # the numbers of their cells, four a ball, are kept as int32
 
 
 class Contacts(NamedTuple):
@@ -54,7 +54,7 @@ def find_contacts(
     Returns the named tuple (i, j): two intp arrays, i < j, each pair once. Their order is always the same for the same
     arguments, whatever the number of threads, and has no other meaning, but that neighbours in space are near each
     other in the list. Balls are sorted into cells: the time grows with the balls and the contacts only. Besides the
-    list, up to 100 bytes a ball are needed for a while.
+    list, up to 100 bytes a ball are needed for a while, and 8 more for each column that is not contiguous float64.
 
     Raises ValueError for positions that are not finite, negative radii, shapes that do not match, a box that is too
     small; TypeError for other dtypes and masked arrays; MemoryError for a list that cannot fit into memory.
@@ -117,7 +117,7 @@ def resolve_contacts(
         "keep"   the same, without the error
         "nan"    its balls' velocities become NaN, and with them later pairs of theirs invalid
     impulse: None, or an array of shape (k,), writable, float64: it gets each pair's impulse on ball j along n/|n|,
-        0 for those left alone, NaN for invalid ones under "nan".
+        0 for those left alone, NaN for invalid ones under "nan". A pair whose impulse is too large is invalid then.
     Inputs are of bool, integer, float16, float32 or float64, in any consistent set of units.
 
     Returns how many pairs were resolved. Raises InvalidPairError (a ValueError) as said; and, before anything is
@@ -241,6 +241,6 @@ def _raise_for_pairs(i: Array, j: Array, n: int) -> NoReturn:
         wrong = (numbers < 0) | (numbers >= n)
         if wrong.any():
             k = int(np.argmax(wrong))
-            raise IndexError(f"{name}[{k}] = {numbers[k]}: must be the number of a ball, from 0 to {n - 1}")
+            raise IndexError(f"{name}[{k}] = {numbers[k]}: must be the number of one of the {n} balls, from 0 on")
     k = int(np.argmax(i == j))
     raise ValueError(f"i[{k}] = j[{k}] = {i[k]}: a ball cannot collide with itself")

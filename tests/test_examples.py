@@ -118,7 +118,7 @@ def test_an_elastic_gas_does_not_cool():
 @pytest.mark.parametrize(
     ("name", "wrong", "message"),
     [
-        ("gas", ["--packing", "0.9"], "--packing above 0 and up to 0.7"),
+        ("gas", ["--packing", "0.9"], "a --packing above 0 and up to 0.7"),
         ("cooling", ["--restitution", "1.5"], "--restitution from 0 to 1"),
         ("galperin", ["--digits", "9"], "--digits 9: must be 1 to 8"),
         ("dsmc", ["--steps", "0"], "--steps 0: must be at least"),

@@ -148,9 +148,40 @@ def test_all_in_one_place(monkeypatch):
     assert i.size == n * (n - 1) // 2
     np.testing.assert_array_equal(np.unique(i * n + j), np.flatnonzero(np.triu(np.ones((n, n)), 1)))
     assert collide.find_contacts(np.zeros(n), np.zeros(n), 0.0).i.size == i.size
-    monkeypatch.setattr(_neighbours, "_most_contacts", lambda: 10_000)
-    with pytest.raises(MemoryError, match="more than 10,000 contacts: a list of them does not fit"):
+    monkeypatch.setattr(_neighbours, "_memory", lambda: 160_000)
+    with pytest.raises(MemoryError, match="more than 10,000 contacts: there is no memory for a list of them"):
         collide.find_contacts(np.zeros(n), np.zeros(n), 1.0)
+
+
+def test_no_more_contacts_than_there_is_memory_for(monkeypatch):
+    n = 40_000  # shares for several threads, none of which has too many alone
+    x, y, _ = scatter(n, 0.5, np.random.default_rng(8))
+    monkeypatch.setattr(_neighbours, "_MANY", 1000)
+    monkeypatch.setattr(_neighbours, "_free_memory", lambda: 16 * 30_000)
+    with pytest.raises(MemoryError, match=r"^\d\d,\d\d\d contacts: there is no memory for a list of them"):
+        collide.find_contacts(x, y, 1.0)
+    monkeypatch.setattr(_neighbours, "_free_memory", lambda: 16 * 90_000)
+    assert 30_000 < collide.find_contacts(x, y, 1.0).i.size < 90_000
+
+
+def test_one_radius_for_all_is_one_level():
+    assert len(_neighbours._levels(np.zeros(1), (0.0, 0.0), 0.0, 10**6)) == 1
+    assert len(_neighbours._levels(np.ones(1), (1.0, 1.0), 0.0, 10**6)) == 1
+
+
+def test_distances_whose_squares_underflow():
+    # 0 <= 0 in float64, as written.
+    assert check([0.0, 2.0**-538], [0.0, 0.0], 1e-170)[0].size == 1
+    assert check([0.0, 2.0**-530], [0.0, 0.0], 1e-170)[0].size == 0
+
+
+def test_a_large_room_is_given_back():
+    _neighbours._spare.clear()
+    x, y, _ = scatter(300_000, 0.4, np.random.default_rng(9))
+    collide.find_contacts(x, y, 1.0)
+    assert sum(room.size for room in _neighbours._spare) <= 1 << 24
+    collide.find_contacts(x[:1000], y[:1000], 1.0)
+    assert len(_neighbours._spare) == 1
 
 
 @pytest.mark.usefixtures("keep_threads")
@@ -232,6 +263,8 @@ def test_none_or_one(box):
         ({"box": (4.0, 3.9)}, ValueError, r"box\[1\] = 3.9: must be at least 4.0, twice as far as balls touch"),
         ({"box": (4.0, 4.0), "margin": 1.0}, ValueError, r"box\[0\] = 4.0: must be at least 6.0"),
         ({"box": (0.0, 9.0)}, ValueError, r"box\[0\] = 0.0: must be from 1e-150 to 1e\+150"),
+        ({"box": (1e-151, 9.0), "radius": 0.0}, ValueError, r"box\[0\] = 1e-151: must be from 1e-150 to 1e\+150"),
+        ({"box": (1e151, 9.0)}, ValueError, r"box\[0\] = 1e\+151: must be from"),
         ({"box": (9.0, np.nan)}, ValueError, r"box\[1\] = nan: must be from"),
         ({"box": (9.0, -9.0)}, ValueError, r"box\[1\] = -9.0: must be from"),
         ({"box": 9.0}, ValueError, r"box = 9.0: must be None or two lengths, \(Lx, Ly\)"),
@@ -257,3 +290,61 @@ def test_blocks_and_chunks_fit_the_shares():
         assert ((x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2 <= 4.0).all()
         assert i.size == np.unique(i * n + j).size
         assert abs(i.size / (2 * 0.3 * n) - 1) < 0.1
+
+
+# The cost, without a clock: how many others share a ball's cell, and how many cells larger balls look at.
+
+LINE = np.arange(20_000) * 2.1
+HALF = np.arange(20_000) % 2 == 0
+
+
+def strewn(radius, packing, seed=10):
+    rng = np.random.default_rng(seed)
+    radius = radius(20_000, rng) if callable(radius) else radius
+    x, y, box = scatter(20_000, packing, rng, radius)
+    return x, y, radius, box
+
+
+TRAPS = {
+    "a gas": lambda: strewn(1.0, 0.4),
+    "a thin gas": lambda: strewn(1.0, 1e-4),
+    "a row": lambda: (LINE, 0 * LINE, 1.0, (LINE[-1] + 9, LINE[-1] + 9)),
+    "a column": lambda: (0 * LINE, LINE, 1.0, (LINE[-1] + 9, LINE[-1] + 9)),
+    "a diagonal": lambda: (LINE, LINE, 1.0, (LINE[-1] + 9, LINE[-1] + 9)),
+    "another diagonal": lambda: (LINE, -LINE, 1.0, (LINE[-1] + 9, LINE[-1] + 9)),
+    "two walls far apart": lambda: (LINE, np.where(HALF, 0.0, 1e7), 1.0, (LINE[-1] + 9, 3e7)),
+    "a row and one ball far away": lambda: (LINE, np.where(LINE == 0, 1e7, 0.0), 1.0, (LINE[-1] + 9, 3e7)),
+    "a lattice as wide as a torus": lambda: (LINE % 300 // 2.1 * 128.2, LINE // 300 * 128.2, 1.0, (2e4, 2e4)),
+    "points among balls": lambda: strewn(np.where(HALF, 1.0, 0.0), 0.4),
+    "specks among balls": lambda: strewn(np.where(HALF, 1.0, 1e-3), 0.4),
+    "few balls among specks": lambda: strewn(np.where(np.arange(20_000) % 100 == 0, 1.0, 1e-3), 0.1),
+    "sizes over six decades": lambda: strewn(RADII["a million times"], 0.4),
+    "sizes 1 to 20": lambda: strewn(RADII["1 to 20"], 0.4),
+}
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("trap", TRAPS)
+def test_nothing_makes_it_quadratic(trap, periodic, monkeypatch):
+    x, y, radius, box = TRAPS[trap]()
+    seen = []
+
+    class Search:
+        @property
+        def compiled(self):
+            return lambda *arguments: seen.append(arguments) or _grid.SEARCH.compiled(*arguments)
+
+    monkeypatch.setattr(_neighbours, "SEARCH", Search())
+    collide.find_contacts(x, y, radius, box=box if periodic else None)
+    _, _, _, _, _, ends, grids, *_ = seen[0]
+    slots = [*grids["slot"], ends.size - 1]
+    balls = np.diff(ends[slots])
+    assert balls.sum() == x.size
+    assert (np.diff(ends).astype(float) ** 2).sum() / x.size < 40
+    looked_at = 0.0
+    for g, coarse in enumerate(grids):
+        for h in range(g + 1, len(grids)):
+            reach = coarse["radius"] + grids["radius"][h]
+            cells = (2 * reach * grids["per_x"][h] + 2) * (2 * reach * grids["per_y"][h] + 2)
+            looked_at += balls[g] * min(cells, slots[h + 1] - slots[h])
+    assert looked_at / x.size < 40

@@ -19,8 +19,8 @@ GOLDEN = {
     "resolve_polar": "55d900dca5ceef4d",
     "impulse_2d": "aac5c26b00c38021",
     "time_of_impact": "84921289563ddcf7",
-    "find_contacts": "5e42197f8258151a",
-    "resolve_contacts": "255ea8ec32a26133",
+    "find_contacts": "9fd92fed33ba52e7",
+    "resolve_contacts": "8a5678ac62ed0546",
 }
 
 

@@ -14,6 +14,8 @@ def in_order(i, j, m, x, y, vx, vy, restitution=1.0, box=None):
     """The same, pair after pair in plain Python: velocities, impulses, and how many approached."""
     vx, vy, impulse, resolved = vx.copy(), vy.copy(), np.zeros(len(i)), 0
     m, e = np.broadcast_to(m, x.shape), np.broadcast_to(restitution, len(i))
+    if box is not None:
+        x, y = x % box[0], y % box[1]
     for k, (a, b) in enumerate(zip(i, j, strict=True)):
         nx, ny = x[b] - x[a], y[b] - y[a]
         if box is not None:
@@ -74,6 +76,33 @@ def test_the_nearest_image_is_hit():
     assert collide.resolve_contacts(*args) == 0
     assert collide.resolve_contacts(*args, box=(10.0, 10.0)) == 1
     assert vx.tolist() == [0.0, -1.0]
+
+
+def test_far_outside_the_box_the_nearest_image_is_that_of_the_search():
+    x, y, box = np.array([0.02, 1e9 + 0.03]), np.array([0.0, 0.0]), (0.1, 0.1)
+    v, inside = np.array([1.0, 0.0]), np.array([1.0, 0.0])
+    vy, vy_inside = np.array([0.0, 1.0]), np.array([0.0, 1.0])
+    collide.resolve_contacts([0], [1], 1.0, x, y + 0.01, v, vy, box=box)
+    collide.resolve_contacts([0], [1], 1.0, x % 0.1, y + 0.01, inside, vy_inside)
+    np.testing.assert_array_equal((v, vy), (inside, vy_inside))
+    assert collide.resolve_contacts([0], [1], 1.0, [0.0, 1e200], [0.0, 1.0], *np.eye(2), box=(1e-150, 3.0)) in (0, 1)
+
+
+def test_balls_at_rest_are_not_resolved():
+    for m in (1.0, INF):
+        vx, vy = np.array([-0.0, 0.0]), np.array([0.0, -0.0])
+        assert collide.resolve_contacts([0], [1], m, [0.0, 1.0], [0.0, 0.0], vx, vy) == 0
+        assert np.signbit([*vx, *vy]).tolist() == [True, False, False, True]
+
+
+def test_an_impulse_that_is_too_large():
+    args = [0], [1], 1e200, [0.0, 1.0], [0.0, 0.0]
+    vx = np.array([1e200, 0.0])
+    with pytest.raises(collide.InvalidPairError, match="too large"):
+        collide.resolve_contacts(*args, vx, np.zeros(2), impulse=np.zeros(1))
+    assert vx.tolist() == [1e200, 0.0]
+    assert collide.resolve_contacts(*args, vx, np.zeros(2)) == 1  # nobody asks for the impulse
+    assert vx.tolist() == [0.0, 1e200]
 
 
 def test_nothing_to_do():
@@ -181,8 +210,8 @@ SHARED = np.zeros(4)
 @pytest.mark.parametrize(
     ("change", "error", "message"),
     [
-        ({"i": [0, 3]}, IndexError, r"i\[1\] = 3: must be the number of a ball, from 0 to 2"),
-        ({"j": [-1, 2]}, IndexError, r"j\[0\] = -1: must be the number of a ball, from 0 to 2"),
+        ({"i": [0, 3]}, IndexError, r"i\[1\] = 3: must be the number of one of the 3 balls"),
+        ({"j": [-1, 2]}, IndexError, r"j\[0\] = -1: must be the number of one of the 3 balls"),
         ({"j": np.array([2**63, 2], np.uint64)}, IndexError, r"j\[0\] = 9223372036854775808: must be the number"),
         ({"i": [0, 2]}, ValueError, r"i\[1\] = j\[1\] = 2: a ball cannot collide with itself"),
         ({"i": [0.0, 1.0]}, TypeError, "i has dtype float64: must have an integer dtype"),

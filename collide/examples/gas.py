@@ -72,7 +72,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--save", metavar="FILE.png", help="write the picture")
     options = parser.parse_args(arguments)
     if options.disks < 20 or options.steps < 1 or not 0 < options.packing <= 0.7:
-        parser.error("needs 20 --disks, 1 of --steps, and --packing above 0 and up to 0.7, each at least")
+        parser.error("needs at least 20 --disks and 1 of --steps, and a --packing above 0 and up to 0.7")
     position, v, side = start(options.disks, options.packing, np.random.default_rng(0))
     energy, collisions = (v * v).sum(), 0
     for _ in tqdm(range(options.steps), unit="step", disable=None):  # none where it is piped
