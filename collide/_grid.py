@@ -1,10 +1,10 @@
 """The cell grid behind find_contacts: balls sorted by cell, then each ball against those in the cells around it.
 
-Each binade of sizes has a grid of its own, cells as wide as two of its largest balls reach, or as its balls lie apart; a
-ball looks into its own grid and into all finer ones. In a row of cells the balls lie side by side, so three cells are one range, of which lanes
-take several balls at a time. A grid is a torus: one that would need many more cells than there are balls is folded to
-fewer, and a ball in the far distance shares a cell with others, which costs a comparison. A periodic box is one anyway.
-A twist, as of a helix, keeps balls on a line from sharing the few cells of one row of it.
+Each binade of sizes has a grid of its own, cells as wide as two of its largest balls reach, or as its balls lie apart;
+a ball looks into its own grid and into all finer ones. In a row of cells the balls lie side by side, so three cells are
+one range, of which lanes take several balls at a time. A grid is a torus: one that would need many more cells than it
+has balls is folded to fewer, and a ball in the far distance shares a cell with others, which costs a comparison. A
+periodic box is one anyway. A twist, as of a helix, keeps balls on a line from sharing the few cells of one row of it.
 """
 
 from __future__ import annotations

@@ -1,8 +1,11 @@
 """The facade: dtypes, broadcasting, out, overlap, and errors that name the argument, the value and the rule."""
 
+import tracemalloc
+
 import numpy as np
 import pandas as pd
 import pytest
+from numpy.lib.stride_tricks import as_strided
 
 import collide
 
@@ -230,6 +233,7 @@ WRONG = [
     (dict(v1=np.ma.masked_array(ONE, [0, 1, 0])), TypeError, "v1: masked arrays"),
     (dict(v1=[[1, 2], [3]]), TypeError, "v1 = "),
     (dict(v1=[np.ma.masked_array([1.0, 2.0], [0, 1])]), TypeError, "v1: masked arrays"),
+    (dict(v1=(np.ma.masked_array([1.0, 2.0], [0, 1]),)), TypeError, "v1: masked arrays"),
     (dict(v1=10**400), TypeError, "v1: an integer of 1329 bits is too large"),
     (dict(restitution="x"), TypeError, "restitution: the dtype"),
     (dict(v1=np.ones(4)), ValueError, r"do not broadcast together: m1 (3,), m2 (3,), v1 (4,)"),
@@ -309,3 +313,68 @@ def test_blocks_of_every_shape(shape):
         collide.resolve_2d(*c)
     assert info.value.index == tuple(n // 2 for n in shape)
     assert info.value.count == 2
+
+
+def test_shapes_of_one_size():
+    with pytest.raises(ValueError, match=r"do not broadcast together: m1 \(2, 3\), m2 \(3, 2\)"):
+        collide.resolve_1d(np.ones((2, 3)), np.ones((3, 2)), 1.0, 0.0)
+    v1, v2 = np.arange(3.0), np.arange(3.0)[:, None]
+    u1, u2 = collide.resolve_1d(1.0, 1.0, v1, v2)
+    np.testing.assert_array_equal(u1, np.broadcast_to(v2, (3, 3)))
+    np.testing.assert_array_equal(u2, np.broadcast_to(v1, (3, 3)))
+
+
+def test_large_results_lie_to_the_cache_lines_as_their_inputs_do():
+    n = 1 << 20
+    for odd in range(0, 64, 8):
+        v1 = np.zeros(n + 16)
+        v1 = v1[(odd - v1.ctypes.data) % 64 // 8 :][:n]
+        for u in collide.resolve_1d(1.0, 1.0, v1, 0.0):
+            assert u.ctypes.data % 64 == odd
+
+
+def test_one_array_twice_is_refused_even_if_empty():
+    u = np.empty(0)
+    with pytest.raises(ValueError, match=r"out\[0\] and out\[1\] share memory"):
+        collide.resolve_1d([], [], [], [], out=(u, u))
+
+
+def test_outputs_whose_overlap_is_too_hard_to_tell_are_refused():
+    memory, shape = np.zeros(1_100_000), (27, 5, 18)
+    u1 = as_strided(memory, shape, [8 * k for k in (3552, 14755, 21417)])
+    u2 = as_strided(memory[1500:], shape, [8 * k for k in (12841, 1216, 9979)])
+    with pytest.raises(np.exceptions.TooHardError):
+        np.shares_memory(u1, u2, max_work=10_000)
+    with pytest.raises(ValueError, match=r"out\[0\] and out\[1\] share memory"):
+        collide.resolve_1d(1.0, 1.0, np.ones(shape), 0.0, out=(u1, u2))
+    assert not memory.any()
+
+
+@pytest.mark.parametrize("side", [6, 120])
+def test_an_output_that_is_an_input_transposed(side):
+    v1, v2 = np.random.default_rng(5).normal(size=(2, side, side))
+    want = collide.resolve_1d(1.0, 3.0, v1, v2)
+    memory = v1.copy()
+    got = collide.resolve_1d(1.0, 3.0, memory, v2, out=(memory.T, np.empty((side, side))))
+    for u, exact in zip(got, want, strict=True):
+        np.testing.assert_array_equal(u, exact)
+
+
+@pytest.mark.usefixtures("keep_threads")
+def test_shares_that_begin_within_a_row():
+    collide.set_num_threads(3)
+    v = np.random.default_rng(6).normal(size=(40_000, 5))
+    u1, u2 = collide.resolve_1d(1.0, 1.0, np.asfortranarray(v), 0.0)
+    np.testing.assert_array_equal(u2, v)
+    np.testing.assert_array_equal(u1, 0.0)
+
+
+def test_strided_outputs_are_written_through_blocks():
+    n = 300_000
+    v, table = np.ones(n), np.empty((n, 2))
+    collide.resolve_1d(1.0, 1.0, v, 0.0, out=tuple(table.T))
+    tracemalloc.start()
+    collide.resolve_1d(1.0, 1.0, v, 0.0, out=tuple(table.T))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < table.nbytes / 4

@@ -87,6 +87,8 @@ RULES = [
     ("a graze missed by a bit", (10.0, np.nextafter(2.0, 3.0), -1.0, 0.0, 2.0), INF),
     ("points that meet", (3.0, 4.0, -3.0, -4.0, 0.0), 1.0),
     ("points that miss", (3.0, 4.0, -3.0, -4.0001, 0.0), INF),
+    ("points that miss by eps**2", (1 + 2.0**-52, 1.0, -1 - 2.0**-51, -1 - 2.0**-52, 0.0), INF),
+    ("touching, almost sideways", (3.0, 4.0, -0.5209080710996719, 0.39068105332475384, 5.0), 0.0),
     ("a time too long for a float64", (1e200, 0.0, -1e-200, 0.0, 1.0), INF),
 ]
 
@@ -159,3 +161,18 @@ def test_errors():
         collide.time_of_impact([3.0], 0.0, -1.0, 0.0, 1.0, out=(np.empty(1),))
     with pytest.raises(ValueError, match=r"out has shape \(2,\): must have the broadcast shape, \(1,\)"):
         collide.time_of_impact([3.0], 0.0, -1.0, 0.0, 1.0, out=np.empty(2))
+
+
+def test_nobody_is_warned_of_balls_at_rest():
+    with np.errstate(all="raise"):
+        assert collide.scalar.time_of_impact(3.0, 0.0, 0.0, 0.0, 1.0) == INF
+
+
+def test_grazes_are_exact_as_far_as_twice_the_precision_tells():
+    rng = np.random.default_rng(7)
+    for bits, missed in ((20, 0), (40, 60)):
+        a, r, k = rng.integers(2 ** (bits - 1), 2**bits, (3, 300)) | 1
+        dx, dy, dvx, dvy, distance = 3 * a + 4 * r, 4 * a - 3 * r, -3 * k, -4 * k, 5 * r
+        t = collide.time_of_impact(*(c.astype(float) for c in (dx, dy, dvx, dvy, distance)))
+        assert np.isinf(t).sum() <= missed
+        np.testing.assert_allclose(t[t < INF], (a / k)[t < INF], rtol=1e-14)

@@ -223,3 +223,16 @@ def test_the_error_survives_pickling():
     assert (error.index, error.count, error.reason) == ((1, 2), 3, "why")
     assert str(error) == "pair (1, 2): why (3 invalid pairs in all)"
     assert isinstance(error, ValueError)
+
+
+@pytest.mark.parametrize("strided", [False, True])
+def test_the_reason_is_that_of_the_first_pair_whatever_shares_and_blocks_found_others(strided, keep_threads):
+    collide.set_num_threads(3)
+    n = 300_000
+    m1, v1 = np.ones(n), np.ones(n)
+    m1[1000::1000], v1[7] = -1.0, NAN
+    if strided:
+        m1, v1 = np.repeat(m1, 2)[::2], np.repeat(v1, 2)[::2]
+    with pytest.raises(collide.InvalidPairError, match=r"^pair 7: v1 = nan: must be finite") as info:
+        collide.resolve_1d(m1, 1.0, v1, 0.0)
+    assert info.value.count == 300

@@ -263,3 +263,12 @@ def test_strides_and_shared_memory():
     *want, _ = in_order(i, j, m, x, y, x, vy)
     collide.resolve_contacts(i.astype(np.int32), j.astype(np.uint8), m, u, y, u, uy)
     np.testing.assert_array_equal((u, uy), want[:2])
+
+
+def test_restitution_may_lie_where_the_impulses_go():
+    memory = np.array([1.0, 0.5, 0.25, 9.0])
+    x, want = np.arange(4.0), np.empty(3)
+    args = [0, 1, 2], [1, 2, 3], 1.0, x, np.zeros(4)
+    collide.resolve_contacts(*args, 3.0 - x, np.zeros(4), restitution=memory[:3].copy(), impulse=want)
+    collide.resolve_contacts(*args, 3.0 - x, np.zeros(4), restitution=memory[:3], impulse=memory[1:])
+    np.testing.assert_array_equal(memory[1:], want)

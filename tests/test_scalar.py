@@ -81,3 +81,14 @@ def test_the_arguments_are_those_of_the_batch_function(name):
     batch = inspect.signature(getattr(collide, name)).parameters
     options = ("approaching_only", "invalid", "out")
     assert list(inspect.signature(getattr(scalar, name)).parameters) == [p for p in batch if p not in options]
+
+
+def test_float32_restitution_does_not_round_on_the_way():
+    e = np.float32(0.1)
+    assert scalar.resolve_1d(1.0, 3.0, 0.7, -0.4, e) == scalar.resolve_1d(1.0, 3.0, 0.7, -0.4, float(e))
+
+
+def test_velocities_on_a_line_do_not_wrap_or_round_either():
+    assert scalar.resolve_1d(1, 1, np.uint64(1), np.uint64(2)) == (2.0, 1.0)
+    v1, v2 = np.float32(0.1), np.float32(0.7)
+    assert scalar.resolve_1d(1, 3, v1, v2) == scalar.resolve_1d(1, 3, float(v1), float(v2))
