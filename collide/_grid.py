@@ -220,14 +220,9 @@ def _around(order: Any, rule: Any, ends: Any, grid: Any, p: Any, first: Any, pai
     reach = radius[p] + grid.radius + rule[0]
     cell_x, n_columns = _span(x[p] * grid.per_x, reach * grid.per_x)
     cell_y, n_rows = _span(y[p] * grid.per_y, reach * grid.per_y)
-    first_column, first_row = _column_and_row(cell_x - grid.x0, cell_y - grid.y0, grid.columns, grid.rows, grid.twist)
-    column, row, width, height, twist = (
-        int(first_column),
-        int(first_row),
-        int(grid.columns),
-        int(grid.rows),
-        int(grid.twist),
-    )
+    cell_x, cell_y = _column_and_row(cell_x - grid.x0, cell_y - grid.y0, grid.columns, grid.rows, grid.twist)
+    column, row, twist = int(cell_x), int(cell_y), int(grid.twist)
+    width, height = int(grid.columns), int(grid.rows)
     # What goes around the torus takes in each of its rows, or columns, once.
     if n_columns >= width:
         column, n_columns = 0, float(width)

@@ -31,9 +31,10 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 # fastmath stays off, said aloud because a callee inherits what it leaves open from its caller: contraction alone would
 # end the bit equality with NumPy, and gains nothing at memory speed (test_reproducible.py holds the bits).
 _OPTIONS = {"error_model": "numpy", "boundscheck": False, "fastmath": False}
-# Without _nrt the arrays that a function is given are counted up and down at every step of a loop.
-_INLINE = {**_OPTIONS, "forceinline": True, "_nrt": False}
-_OUT_OF_LINE = {**_OPTIONS, "forceinline": False, "_nrt": False}
+# With Numba's run time the arrays and records that a function is given are counted up and down at every step of a loop.
+_UNCOUNTED = {**_OPTIONS, "_nrt": False}
+_INLINE = {**_UNCOUNTED, "forceinline": True}
+_OUT_OF_LINE = {**_UNCOUNTED, "forceinline": False}
 
 
 def formula(function: Function) -> Function:
@@ -85,7 +86,7 @@ class Kernel:
             )
         with global_compiler_lock:  # and no other lock: see the fork below
             if self._compiled is None:
-                dispatcher = numba.njit(**_OPTIONS, _nrt=False, nogil=True)(self._function)
+                dispatcher = numba.njit(**_UNCOUNTED, nogil=True)(self._function)
                 dispatcher._cache = _DiskCache(self._name)
                 dispatcher.compile(self._signature)
                 dispatcher.disable_compile()
