@@ -202,6 +202,7 @@ def _any(names: Sequence[str], inputs: Sequence[Any]) -> Batch:
 
 
 def as_array(name: str, value: Any) -> Array:
+    """An argument as an array of numbers, or a TypeError that names it."""
     if type(value) is int:  # of any size, as a float is
         try:
             value = float(value)
@@ -278,6 +279,7 @@ def _checked(names: Sequence[str], out: Any, shape: tuple[int, ...], dtype: np.d
 
 
 def overlap(a: Array, b: Array) -> bool:
+    """Whether two arrays share memory; where that is too hard to tell, it is taken for granted."""
     if not np.may_share_memory(a, b):
         return False
     try:

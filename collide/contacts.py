@@ -53,8 +53,9 @@ def find_contacts(
 
     Returns the named tuple (i, j): two intp arrays, i < j, each pair once. Their order is always the same for the same
     arguments, whatever the number of threads, and has no other meaning, but that neighbours in space are near each
-    other in the list. Balls are sorted into cells: the time grows with the balls and the contacts only. Besides the
-    list, up to 100 bytes a ball are needed for a while, and 8 more for each column that is not contiguous float64.
+    other in the list. Balls are sorted into cells: the time grows with the balls and the contacts, but where large
+    balls lie over dense spots, far apart from each other, of much smaller ones. Besides the list, up to 100 bytes a
+    ball are needed for a while, and 8 more for each column that is not contiguous float64.
 
     Raises ValueError for positions that are not finite, negative radii, shapes that do not match, a box that is too
     small; TypeError for other dtypes and masked arrays; MemoryError for a list that cannot fit into memory.

@@ -5,8 +5,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 import collide
 
 # What each process runs: every function, small and large, and what it has to give.
@@ -114,7 +112,6 @@ print(nested(2), all(asyncio.run(several())))
     assert python(code, timeout=120) == "True True\n"
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this platform")
 def test_fifty_forked_children_after_use():
     code = """
 import os

@@ -13,8 +13,6 @@ import pytest
 
 import collide
 
-pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks Linux for unmapped pages and peaks")
-
 GUARDED = """
 import ctypes
 import mmap

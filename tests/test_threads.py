@@ -128,10 +128,6 @@ def test_setting_the_number_overrules_the_environment_variable():
     assert done.stdout == "3\n", done.stderr
 
 
-@pytest.mark.skipif(
-    not hasattr(os, "sched_setaffinity"),
-    reason="macOS and Windows have no affinity masks: the number of processors is all there is",
-)
 def test_default_number_of_threads_keeps_to_the_affinity_mask():
     code = f"import os; os.sched_setaffinity(0, [min(os.sched_getaffinity(0))]); {SHOW}"
     assert python(code).stdout == "1\n"
@@ -384,16 +380,12 @@ def child():
     return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
 """
 
-needs_fork = pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows has no fork: nothing can go wrong with one")
 
-
-@needs_fork
 def test_forked_child_may_call():
     done = python(f"{BATCH}{FORK}print(right(), child(), right(), child())")
     assert done.stdout == "True 0 True 0\n", done.stderr
 
 
-@needs_fork
 def test_forked_child_has_threads_of_its_own():
     code = f"""{BATCH}{FORK}
 import threading
@@ -409,7 +401,6 @@ print(right(), child())
     assert done.stdout == "True 0\n", done.stderr
 
 
-@needs_fork
 def test_process_may_fork_while_another_thread_calls():
     code = f"""{BATCH}{FORK}
 import threading
@@ -430,7 +421,6 @@ caller.join()
     assert done.stdout == f"{[0] * 10}\n", done.stderr
 
 
-@needs_fork
 def test_process_may_fork_while_another_thread_compiles(tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     code = f"""{BATCH}{FORK}

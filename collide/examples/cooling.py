@@ -18,17 +18,16 @@ import numpy as np
 from tqdm import tqdm
 
 import collide
+from collide.examples.gas import RADIUS, lattice
 
-RADIUS, PACKING = 1.0, 0.1
+PACKING = 0.1
 MOVE = 0.025  # of a radius in a step: at 0.1 disks are found deep in each other, and lose 6 % too little
 WARM_UP = 400  # elastic steps, in which the lattice is forgotten
 
 
 def start(disks: int, rng: np.random.Generator) -> tuple[Any, Any, float]:
     """Positions on a lattice, Maxwell's velocities of temperature 1, each of shape (2, disks), and the box's side."""
-    side = float(np.sqrt(disks * np.pi * RADIUS**2 / PACKING))
-    rows = int(np.ceil(np.sqrt(disks)))
-    position = side / rows * (np.stack(np.divmod(np.arange(disks), rows)) + 0.5)
+    position, side = lattice(disks, PACKING)
     v = rng.normal(size=(2, disks))
     return position, v - v.mean(axis=1, keepdims=True), side
 

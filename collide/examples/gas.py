@@ -20,11 +20,16 @@ from collide.examples.dsmc import distance_to_maxwell, kurtosis
 RADIUS, TIME_STEP = 1.0, 0.1  # a disk moves a tenth of its radius in a step
 
 
-def start(disks: int, packing: float, rng: np.random.Generator) -> tuple[Any, Any, float]:
-    """Positions on a lattice and velocities in random directions, each of shape (2, disks), and the side of the box."""
+def lattice(disks: int, packing: float) -> tuple[Any, float]:
+    """Positions on a square lattice, of shape (2, disks), and the side of the box that it fills."""
     side = float(np.sqrt(disks * np.pi * RADIUS**2 / packing))
     rows = int(np.ceil(np.sqrt(disks)))
-    position = side / rows * (np.stack(np.divmod(np.arange(disks), rows)) + 0.5)
+    return side / rows * (np.stack(np.divmod(np.arange(disks), rows)) + 0.5), side
+
+
+def start(disks: int, packing: float, rng: np.random.Generator) -> tuple[Any, Any, float]:
+    """Positions on a lattice and velocities in random directions, each of shape (2, disks), and the side of the box."""
+    position, side = lattice(disks, packing)
     angle = rng.uniform(0.0, 2.0 * np.pi, disks)
     return position, np.stack([np.cos(angle), np.sin(angle)]), side
 
