@@ -11,26 +11,22 @@ import contextlib
 import os
 import signal
 import sys
-import tempfile
-import zipfile
-import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
-import numpy as np
+from . import _numpy_files, _stream, _tables
 
-from ._kernels import CARTESIAN, LINE_FORM, POLAR, Form
-from .batch import resolve_1d, resolve_2d, resolve_polar
-from .errors import InvalidPairError
-
-Array = np.ndarray[Any, np.dtype[Any]]
-
-_FORMS = {"1d": (LINE_FORM, resolve_1d), "cartesian": (CARTESIAN, resolve_2d), "polar": (POLAR, resolve_polar)}
-
-
-class DataError(Exception):
-    """The data are at fault."""
+# By the names of the classes in _arrow_files, which needs pyarrow.
+_SUFFIXES = {
+    ".npz": "Archive",
+    ".parquet": "Parquet",
+    ".arrow": "Ipc",
+    ".arrows": "Ipc",
+    ".feather": "Ipc",
+    ".csv": "Csv",
+}
+_KNOWN = f"a folder of .npy files, or one of {', '.join(_SUFFIXES)}"
 
 
 class UsageError(Exception):
@@ -48,11 +44,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
             _demo.main()
         else:
-            resolve(options.input, options.output, options.invalid, options.approaching_only)
+            resolve(options)
     except UsageError as error:
         return _fail(error, 2)
-    except (DataError, OSError) as error:
-        return _fail(error, 1)
+    except _tables.TableError as error:
+        return _fail(f"{options.input}: {error}", 1)
+    except MemoryError as error:
+        return _fail(f"{options.input}: {error or 'out of memory'}", 1)
+    except OSError as error:
+        return _fail(f"{options.output}: {os.strerror(error.errno) if error.errno else error}", 1)
     except KeyboardInterrupt:
         return _fail("interrupted", 130)
     return 0
@@ -67,140 +67,123 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="collide", description="Elastic collisions of two balls, millions at once.")
     commands = parser.add_subparsers(dest="command", required=True)
     commands.add_parser("demo", help="time ten million random pairs on this machine")
-    columns = "; ".join(f"{name}: {' '.join(form.columns[:-1])}" for name, (form, _) in _FORMS.items())
+    columns = "; ".join(f"{name}: {' '.join(form.columns[:-1])}" for name, form in _tables.FORMS.items())
     one = commands.add_parser(
         "resolve",
         help="resolve the pairs in a file",
-        description="Writes the columns of INPUT and, after them, the velocities after the collisions.",
+        description="Writes the columns of INPUT and, after them, the velocities after the collisions. INPUT may be "
+        f"{_KNOWN}; OUTPUT is the same. All but .npz may be larger than memory.",
         epilog=f"The names of the columns choose the form. {columns}. A column restitution is optional.",
     )
-    one.add_argument("input", metavar="INPUT.npz", type=Path)
-    one.add_argument("-o", "--output", metavar="OUTPUT.npz", type=Path, required=True)
+    one.add_argument("input", metavar="INPUT", type=Path)
+    one.add_argument("-o", "--output", metavar="OUTPUT", type=Path, required=True)
+    one.add_argument("--form", choices=tuple(_tables.FORMS), help="default: the one whose columns are there")
+    one.add_argument(
+        "--columns",
+        metavar="m1=NAME,...",
+        type=_names,
+        default={},
+        help="the names of columns that are called otherwise, written ones (u1x, ...) too",
+    )
+    one.add_argument("--restitution", metavar="E", type=float, help="for all pairs; default: the column, or 1")
     one.add_argument("--invalid", choices=("raise", "keep", "nan"), default="raise", help="default: %(default)s")
     one.add_argument("--approaching-only", action="store_true", help="leave pairs that do not approach as they are")
+    one.add_argument("--quiet", action="store_true", help="no progress bar, no report")
     return parser
 
 
-def resolve(source: Path, target: Path, invalid: str, approaching_only: bool) -> None:
-    """Resolves the pairs of one .npz file into another, which appears whole or not at all."""
-    if not source.is_file():
-        raise UsageError(f"{source}: no such file")
+def _names(text: str) -> dict[str, str]:
+    """m1=a,m2=b as a dictionary."""
+    pairs = [part.partition("=") for part in text.split(",")]
+    if not all(name and column for name, _, column in pairs) or len({name for name, _, _ in pairs}) < len(pairs):
+        raise argparse.ArgumentTypeError(f"{text!r}: must be NAME=COLUMN,NAME=COLUMN,...")
+    return {name: column for name, _, column in pairs}
+
+
+def resolve(options: argparse.Namespace) -> None:
+    """Resolves the pairs of one file into another, which appears whole or not at all."""
+    kind = _kind(options.input)
+    target = _checked(options.input, options.output, kind)
+    source = kind(options.input)
     try:
-        real_target = target.resolve()  # of a link, what it points to
+        how = _tables.options(options.restitution, options.approaching_only, options.invalid)
+        columns = _tables.choose(source.names, options.form, options.columns)
+    except _tables.TableError:
+        raise
+    except ValueError as error:
+        raise UsageError(error) from None
+    with _bar(options.quiet) as progress:
+        report = _stream.resolve(source, target, columns, how, progress)
+    if not options.quiet:
+        print(_sentence(report))
+
+
+def _kind(path: Path) -> Callable[[Path], _stream.Source]:
+    """The format of an input."""
+    if path.is_dir():
+        return _numpy_files.Folder
+    if not path.is_file():
+        raise UsageError(f"{path}: no such file")
+    name = _SUFFIXES.get(path.suffix.lower())
+    if name is None:
+        raise UsageError(f"{path}: must be {_KNOWN}")
+    if name == "Archive":
+        return _numpy_files.Archive
+    try:
+        from . import _arrow_files
+    except ImportError:
+        raise UsageError(f"{path}: needs pyarrow: pip install pyarrow") from None
+    return getattr(_arrow_files, name)  # type: ignore[no-any-return]
+
+
+def _checked(source: Path, target: Path, kind: Any) -> Path:
+    """Where to write: of a link, what it points to."""
+    try:
+        real = target.resolve()
     except (OSError, RuntimeError) as error:
         raise UsageError(f"{target}: {error}") from None
-    if real_target.is_symlink():
+    if real.is_symlink():
         raise UsageError(f"{target}: a link that leads to itself")
-    if target.exists() and (not target.is_file() or source.samefile(target)):
-        raise UsageError(f"{target}: is {'the input' if target.is_file() else 'not a file'}")
-    if not real_target.parent.is_dir():
-        raise UsageError(f"{real_target.parent}: no such folder")
-    table = _read(source)
-    form, function = _choose(source, table)
-    columns = _columns(source, table, form)
-    try:
-        results = function(**columns, invalid=invalid, approaching_only=approaching_only)
-    except InvalidPairError as error:
-        row = error.index[0] if error.index else 0
-        others = f" ({error.count} invalid pairs in all)" if error.count > 1 else ""
-        raise DataError(f"{source}: row {row}: {error.reason}{others}") from None
-    except (TypeError, ValueError, MemoryError) as error:
-        raise DataError(f"{source}: {error or 'out of memory'}") from None
-    with _replacing(real_target) as file:
-        _write(file, {**table, **dict(zip(form.outputs, results, strict=True))})
-
-
-def _read(path: Path) -> dict[str, Array]:
-    name = ""
-    try:
-        with path.open("rb") as file:
-            archive = np.load(file, allow_pickle=False)
-            if not isinstance(archive, np.lib.npyio.NpzFile):
-                raise DataError(f"{path}: is no .npz file")
-            table = {}
-            for name in archive.files:
-                table[name] = archive[name]
-                if not isinstance(table[name], np.ndarray):
-                    raise ValueError("not an array")
-            return table
-    # What zipfile and NumPy raise for damage, encryption, methods unknown to them, pickles and sizes out of reach.
-    except (
-        OSError,
-        ValueError,
-        EOFError,
-        KeyError,
-        RuntimeError,
-        MemoryError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ) as error:
-        column = f" column {name}:" if name else ""
-        why = " ".join(str(error).split()) or type(error).__name__
-        raise DataError(f"{path}:{column} cannot be read as a .npz file of plain arrays ({why})") from None
-
-
-def _write(file: IO[bytes], table: Mapping[str, Array]) -> None:
-    """numpy.savez, but for the columns that are named as its own arguments."""
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
-        for name, column in table.items():
-            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
-                np.lib.format.write_array(member, np.asanyarray(column), allow_pickle=False)
-
-
-def _choose(path: Path, table: Mapping[str, Array]) -> tuple[Form, Any]:
-    """The form whose columns are all there; else the missing columns of the nearest form."""
-    missing = {name: [c for c in form.columns[:-1] if c not in table] for name, (form, _) in _FORMS.items()}
-    complete = [name for name, columns in missing.items() if not columns]
-    # The polar form has all columns of the form on a line.
-    if complete == ["1d", "polar"]:
-        complete = ["polar"]
-    if len(complete) > 1:
-        raise DataError(f"{path}: has the columns of more than one form: {', '.join(complete)}")
-    if not complete:
-        own = {"1d": (), "cartesian": ("v1x", "v1y", "v2x", "v2y", "nx", "ny"), "polar": ("theta1", "theta2", "phi")}
-        likely = max(_FORMS, key=lambda name: (sum(c in table for c in own[name]), -len(missing[name])))
-        raise DataError(f"{path}: missing column {', '.join(missing[likely])} (of the {likely} form)")
-    form, function = _FORMS[complete[0]]
-    taken = [name for name in form.outputs if name in table]
-    if taken:
-        raise DataError(f"{path}: column {taken[0]}: is there already, and would be written")
-    return form, function
-
-
-def _columns(path: Path, table: Mapping[str, Array], form: Form) -> dict[str, Array]:
-    columns = {name: table[name] for name in form.columns if name in table}
-    length = next((c.shape[0] for c in columns.values() if c.ndim == 1), None)
-    for name, column in columns.items():
-        if column.ndim > 1:
-            raise DataError(f"{path}: column {name}: has {column.ndim} dimensions, must have 1")
-        if column.ndim == 1 and column.shape[0] != length:
-            first = next(n for n, c in columns.items() if c.ndim == 1)
-            rows = min(column.shape[0], length or 0)
-            raise DataError(
-                f"{path}: column {name}: has {column.shape[0]} rows where {first} has {length}; they part at row {rows}"
-            )
-        if column.dtype.kind not in "biuf" or column.dtype.itemsize > 8:
-            raise DataError(f"{path}: column {name}: has dtype {column.dtype}, must be a real number")
-    return columns
+    if not real.parent.is_dir():
+        raise UsageError(f"{real.parent}: no such folder")
+    if target.exists() and source.samefile(target):
+        raise UsageError(f"{target}: is the input")
+    if kind.is_folder:
+        # A folder is replaced whole: nothing else may get lost with it.
+        if target.exists() and not (target.is_dir() and all(f.suffix == ".npy" for f in target.iterdir())):
+            raise UsageError(f"{target}: is there, and not a folder of .npy files only")
+    elif target.exists() and not target.is_file():
+        raise UsageError(f"{target}: is not a file")
+    elif _SUFFIXES.get(target.suffix.lower()) != _SUFFIXES[source.suffix.lower()]:
+        raise UsageError(f"{target}: must have the format of the input, {source.suffix}")
+    return real
 
 
 @contextlib.contextmanager
-def _replacing(path: Path) -> Iterator[IO[bytes]]:
-    """A file to write to that takes the place of `path` when all is written, and vanishes on any error."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".tmp")
-    temporary = Path(name)
+def _bar(quiet: bool) -> Iterator[Callable[[int, int | None], None]]:
+    """What shows progress on a terminal, if tqdm is there."""
     try:
-        with os.fdopen(handle, "wb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~mask)
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)  # gone if the interrupt came after the renaming
-        raise
+        from tqdm import tqdm
+    except ImportError:
+        yield lambda n_rows, n_all: None
+        return
+    with tqdm(unit=" rows", unit_scale=True, disable=quiet or None) as bar:
+
+        def progress(n_rows: int, n_all: int | None) -> None:
+            bar.total = n_all
+            bar.update(n_rows)
+
+        yield progress
+
+
+def _sentence(report: _stream.Report) -> str:
+    kept = report.conservation
+    left_out = kept.n_pairs - kept.n_counted
+    return (
+        f"{kept.n_pairs:,} pairs, {report.n_invalid:,} of them invalid; relative change of total momentum "
+        f"{kept.momentum:.1e}, of total energy {kept.energy:.1e}"
+        + (f" ({left_out:,} pairs without a finite energy not counted)" if left_out else "")
+    )
 
 
 if __name__ == "__main__":

@@ -59,15 +59,25 @@ class Batch(NamedTuple):
 
 def resolve(form: Form, inputs: tuple[Any, ...], approaching_only: Any, invalid: Any, out: Any) -> Sequence[Any]:
     """The outputs of a call, scalars where all inputs are scalars."""
+    outputs, error = attempt(form, inputs, approaching_only, invalid, out)
+    if error and invalid == "raise":
+        raise error
+    return outputs
+
+
+def attempt(
+    form: Form, inputs: tuple[Any, ...], approaching_only: Any, invalid: Any, out: Any
+) -> tuple[Sequence[Any], InvalidPairError | None]:
+    """The outputs of a call, and the error that tells of its invalid pairs, if there are any."""
     if approaching_only is not False and not isinstance(approaching_only, _BOOLS):
         raise TypeError(f"approaching_only = {approaching_only!r}: must be True or False")
     options = bool(approaching_only), gives_nan(invalid, form.rules)
     outputs, tally = _direct(form, inputs, out, options) or _general(form, inputs, out, options)
-    if tally and invalid == "raise":
-        index = tuple(int(i) for i in np.unravel_index(tally.first, outputs[0].shape))
-        pair = dict(zip(form.columns, tally.witness.tolist(), strict=True))
-        raise InvalidPairError(index, tally.n_invalid, reason(pair))
-    return outputs
+    if tally is None:
+        return outputs, None
+    index = tuple(int(i) for i in np.unravel_index(tally.first, np.shape(outputs[0])))
+    pair = dict(zip(form.columns, tally.witness.tolist(), strict=True))
+    return outputs, InvalidPairError(index, tally.n_invalid, reason(pair))
 
 
 def gives_nan(invalid: Any, rules: dict[str, bool]) -> bool:
@@ -192,7 +202,7 @@ def _general(form: Form, inputs: tuple[Any, ...], out: Any, options: Options) ->
 def _any(names: Sequence[str], inputs: Sequence[Any]) -> Batch:
     """Whatever else NumPy makes arrays of. Size-1 arrays become numbers, so that none becomes a full-length array."""
     arrays = [as_array(name, value) for name, value in zip(names, inputs, strict=True)]
-    shape = _shape(names, arrays)
+    shape = broadcast_shape(names, arrays)
     # Python's numbers are weak, as in NumPy's own arithmetic.
     kinds = [_WEAK.get(type(value), a.dtype) for value, a in zip(inputs, arrays, strict=True)]
     dtype = _FLOAT32 if np.result_type(*kinds) in (_FLOAT32, np.float16) else _FLOAT64
@@ -222,7 +232,7 @@ def as_array(name: str, value: Any) -> Array:
     return np.asarray(array)
 
 
-def _shape(names: Sequence[str], arrays: Sequence[Array]) -> tuple[int, ...]:
+def broadcast_shape(names: Sequence[str], arrays: Sequence[Array]) -> tuple[int, ...]:
     shapes = {array.shape for array in arrays if array.ndim}
     if len(shapes) <= 1:
         return shapes.pop() if shapes else ()

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from . import _arrays, batch, get_num_threads
-from ._kernels import Form
+from ._conservation import Conservation
+from ._kernels import CARTESIAN, POLAR, Form
 from ._limit import CARTESIAN_LIMIT, POLAR_LIMIT
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -48,29 +49,15 @@ def random_pairs(n: int) -> tuple[list[Array], list[Array]]:
     return cartesian, [m1, m2, v1, theta1, v2, theta2, phi]
 
 
-def drift(cartesian: list[Array], out: tuple[Array, ...]) -> tuple[float, float]:
-    """The relative drift of total momentum, the larger of x and y, and of total energy."""
-    m1, m2, *before = cartesian[:6]
-    masses = m1, m1, m2, m2
-    energy = change = 0.0
-    momentum, moved = [0.0, 0.0], [0.0, 0.0]
-    for i, (m, v, u) in enumerate(zip(masses, before, out, strict=True)):
-        momentum[i % 2] += float(np.sum(m * np.abs(v)))
-        moved[i % 2] += float(np.sum(m * (u - v)))
-        energy += float(np.sum(m * v * v))
-        change += float(np.sum(m * (u - v) * (u + v)))
-    return max(abs(d / p) for d, p in zip(moved, momentum, strict=True)), abs(change / energy)
-
-
 def main(n: int = 10_000_000, rounds: int = 7) -> None:
     began = time.perf_counter()
     cartesian, polar = random_pairs(n)
     out = tuple(np.zeros(n) for _ in range(4))
     print(f"{n:,} random pairs, float64, {get_num_threads()} threads; medians of interleaved rounds\n")
     _compare("Cartesian", batch.resolve_2d, numpy_2d, CARTESIAN_LIMIT, cartesian, out, rounds)
-    print(_conservation(cartesian, out))
+    print(_drift(CARTESIAN, cartesian, out))
     _compare("polar", batch.resolve_polar, numpy_polar, POLAR_LIMIT, polar, out, rounds)
-    print(_conservation(cartesian, out))
+    print(_drift(POLAR, polar, out))
     print(f"{time.perf_counter() - began:.1f} s in all")
 
 
@@ -100,8 +87,10 @@ def _compare(
     print(f"{'':10} {compiled_in:7.2f} s for the first call: compiling, or loading what an earlier run compiled")
 
 
-def _conservation(cartesian: list[Array], out: tuple[Array, ...]) -> str:
-    momentum, energy = drift(cartesian, out)
+def _drift(form: Form, columns: list[Array], out: tuple[Array, ...]) -> str:
+    kept = Conservation()
+    kept.add(form, (*columns, 1.0), out)
+    momentum, energy = abs(kept.momentum), abs(kept.energy)
     return f"{'':10} {momentum:7.0e} relative drift of total momentum, {energy:.0e} of total energy\n"
 
 

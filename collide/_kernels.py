@@ -126,7 +126,7 @@ def _valid_masses(values: Any, results: Any, outputs: Any) -> Any:
 
 
 @formula
-def _collide_1d(m1: Any, m2: Any, v1: Any, v2: Any, e: Any) -> Any:
+def collide_1d(m1: Any, m2: Any, v1: Any, v2: Any, e: Any) -> Any:
     after, closing, (j1, j2) = scalar.on_line(m1, m2, v1, v2, e)
     return (v1, v2), after, closing, j1 + j2, (m1, m2, e)
 
@@ -135,11 +135,11 @@ def _kernel_1d(  # type: ignore[no-untyped-def]  # compiled only
     m1, m2, v1, v2, e, u1, u2, scalars, start, stop, approaching, nan
 ):
     columns, outputs = (m1, m2, v1, v2, e), (u1, u2)
-    return _loop(_collide_1d, _valid_masses, columns, outputs, scalars, start, stop, approaching, nan)
+    return _loop(collide_1d, _valid_masses, columns, outputs, scalars, start, stop, approaching, nan)
 
 
 @formula
-def _collide_2d(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, e: Any) -> Any:
+def collide_2d(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, e: Any) -> Any:
     nx, ny, square = scalar.normal(nx, ny)
     after, closing, (j1, j2) = scalar.in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, square, e)
     return (v1x, v1y, v2x, v2y), after, closing, j1 + j2, (m1, m2, e)
@@ -155,11 +155,11 @@ def _kernel_2d(  # type: ignore[no-untyped-def]  # compiled only
     m1, m2, v1x, v1y, v2x, v2y, nx, ny, e, u1x, u1y, u2x, u2y, scalars, start, stop, approaching, nan
 ):
     columns, outputs = (m1, m2, v1x, v1y, v2x, v2y, nx, ny, e), (u1x, u1y, u2x, u2y)
-    return _loop(_collide_2d, valid_2d, columns, outputs, scalars, start, stop, approaching, nan)
+    return _loop(collide_2d, valid_2d, columns, outputs, scalars, start, stop, approaching, nan)
 
 
 @formula
-def _collide_polar(m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any, e: Any) -> Any:
+def collide_polar(m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any, e: Any) -> Any:
     v1x, v1y, v2x, v2y, nx, ny = scalar.from_polar(v1, theta1, v2, theta2, phi)
     after, closing, (j1, j2) = scalar.in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, 1.0, e)
     return (v1x, v1y, v2x, v2y), after, closing, j1 + j2, (m1, m2, e)
@@ -169,7 +169,7 @@ def _kernel_polar(  # type: ignore[no-untyped-def]  # compiled only
     m1, m2, v1, theta1, v2, theta2, phi, e, u1x, u1y, u2x, u2y, scalars, start, stop, approaching, nan
 ):
     columns, outputs = (m1, m2, v1, theta1, v2, theta2, phi, e), (u1x, u1y, u2x, u2y)
-    return _loop(_collide_polar, _valid_masses, columns, outputs, scalars, start, stop, approaching, nan)
+    return _loop(collide_polar, _valid_masses, columns, outputs, scalars, start, stop, approaching, nan)
 
 
 @formula

@@ -14,7 +14,7 @@ import math
 import operator
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, Generic, TypeVar
@@ -32,6 +32,7 @@ _SHARES_A_THREAD = 4
 _GRAIN = 64
 
 _lock = threading.Lock()
+_local = threading.local()
 _num_threads: int | None = None
 _pool: _Pool | None = None
 
@@ -79,7 +80,18 @@ def set_num_threads(n: int) -> None:
 
 def is_shared(n: int) -> bool:
     """Whether n pairs are worth more than the caller's thread."""
-    return n >= 2 * _PAIRS_A_SHARE and get_num_threads() > 1
+    return n >= 2 * _PAIRS_A_SHARE and get_num_threads() > 1 and not getattr(_local, "alone", False)
+
+
+@contextlib.contextmanager
+def alone() -> Iterator[None]:
+    """Calls within stay on the caller's thread: for callers that are one of several, each with a share of its own."""
+    before = getattr(_local, "alone", False)
+    _local.alone = True
+    try:
+        yield
+    finally:
+        _local.alone = before
 
 
 def run(task: Callable[[int, int], Result], n: int, grain: int = _GRAIN, work: int = 1) -> list[Result]:

@@ -1,0 +1,107 @@
+"""Tables, which are columns by name: the form that the names make, and the collisions of a run of rows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import _arrays
+from ._kernels import CARTESIAN, LINE_FORM, POLAR, Form
+from .errors import InvalidPairError
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+FORMS = {"1d": LINE_FORM, "cartesian": CARTESIAN, "polar": POLAR}
+_E = "restitution"
+
+
+class TableError(ValueError):
+    """A table that cannot be resolved: the column, where there is one the row, and the rule."""
+
+
+class ColumnTypeError(TableError, TypeError):
+    """A column that does not hold numbers."""
+
+
+class Columns(NamedTuple):
+    """Which columns of a table are the arguments of a form, and how its results are called."""
+
+    form: Form
+    inputs: dict[str, str]  # by the argument; restitution may be missing
+    outputs: list[str]
+
+
+def choose(names: Iterable[str], form: str | None = None, columns: Mapping[str, str] | None = None) -> Columns:
+    """The form that is asked for, or else the one whose columns are all there.
+
+    `columns` gives the names of columns that are not called as the arguments and results are.
+    """
+    names, called = list(names), dict(columns or {})
+    if form is not None and form not in FORMS:
+        raise ValueError(f"form = {form!r}: must be None or one of {', '.join(map(repr, FORMS))}")
+    among = FORMS if form is None else {form: FORMS[form]}
+    known = dict.fromkeys(name for f in among.values() for name in (*f.columns, *f.outputs))
+    for name, column in called.items():
+        if name not in known:
+            raise ValueError(f"columns: {name!r} is not among {', '.join(known)}")
+        if not isinstance(column, str):
+            raise TypeError(f"columns: {name!r}: {column!r} is no name of a column")
+    # A name that is given is meant: its column has to be there, and the form has to have it.
+    missing = {
+        key: [called.get(c, c) for c in f.columns if called.get(c, c) not in names and (c != _E or c in called)]
+        for key, f in among.items()
+    }
+    meant = [key for key, f in among.items() if set(called) <= {*f.columns, *f.outputs}]
+    complete = [key for key in meant if not missing[key]]
+    if complete == ["1d", "polar"]:  # the polar form has all columns of the form on a line
+        complete = ["polar"]
+    if len(complete) > 1:
+        raise TableError(f"has the columns of more than one form: {', '.join(complete)}")
+    if not complete:
+        likely = max(meant or among, key=lambda key: (_n_own(key, names, called), -len(missing[key])))
+        raise TableError(f"missing column {', '.join(missing[likely])} (of the {likely} form)")
+    chosen = among[complete[0]]
+    inputs = {c: called.get(c, c) for c in chosen.columns if called.get(c, c) in names}
+    outputs = [called.get(u, u) for u in chosen.outputs]
+    for column in inputs.values():
+        if names.count(column) > 1:
+            raise TableError(f"column {column}: there are {names.count(column)} of that name")
+    for k, column in enumerate(outputs):
+        if column in names or column in outputs[:k]:
+            raise TableError(f"column {column}: is there already, and would be written")
+    return Columns(chosen, inputs, outputs)
+
+
+def _n_own(form: str, names: Sequence[str], called: Mapping[str, str]) -> int:
+    """How many columns there are that this form alone has, of all."""
+    others = {c for key, f in FORMS.items() if key != form for c in f.columns}
+    return sum(called.get(c, c) in names for c in FORMS[form].columns if c not in others)
+
+
+class Options(NamedTuple):
+    """What the batch functions take beside the columns."""
+
+    restitution: float | None  # None: the column, or 1 where there is none
+    approaching_only: bool
+    invalid: str
+
+
+def options(restitution: Any, approaching_only: bool, invalid: str) -> Options:
+    """With the first checked; the others are when they are used."""
+    is_number = isinstance(restitution, int | float) and not isinstance(restitution, bool)
+    if restitution is not None and not (is_number and 0.0 <= restitution < math.inf):
+        raise ValueError(f"restitution = {restitution!r}: must be None or a finite number >= 0")
+    return Options(restitution, approaching_only, invalid)
+
+
+def resolve(
+    columns: Columns, arrays: Mapping[str, Array], options: Options
+) -> tuple[tuple[Any, ...], Sequence[Array], InvalidPairError | None]:
+    """The inputs of the form in order, the results, and what tells of invalid pairs, if there are any."""
+    e = options.restitution
+    given = {_E: 1.0, **arrays} if e is None else {**arrays, _E: float(e)}
+    inputs = tuple(given[c] for c in columns.form.columns)
+    return inputs, *_arrays.attempt(columns.form, inputs, options.approaching_only, options.invalid, None)

@@ -1,0 +1,179 @@
+"""The batch functions over Dask arrays: lazy, chunk by chunk, on threads, processes or machines. Needs dask.
+
+    import collide.dask
+    u = collide.dask.resolve_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny)     # dask arrays, nothing computed yet
+
+The arguments are those of the functions of the same names in `collide`: Dask arrays, or whatever those take, that
+broadcast together. There is no `out`. A result is in the chunks of the arguments; those that are not in the same chunks
+are put into common ones. The results of one call share a task for each chunk: computed together, by `dask.compute(*u)`
+or `dask.array.store`, each chunk is resolved once.
+
+Each task runs on its own thread only. How many run at a time is Dask's business, whatever `set_num_threads` says.
+
+Raises ValueError for chunks of unknown sizes; and at once whatever the functions say of options, dtypes and shapes. An
+invalid pair raises InvalidPairError when it is computed; its index is that in the whole array, its count is that of the
+chunk. `invalid` and all the rest are as documented there.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import dask.array as da
+import numpy as np
+
+from . import _arrays, _threads, batch
+from ._kernels import CARTESIAN, IMPACT, IMPULSE, LINE_FORM, POLAR
+from .errors import InvalidPairError
+
+__all__ = ["impulse_2d", "resolve_1d", "resolve_2d", "resolve_polar", "time_of_impact"]
+
+
+def resolve_1d(
+    m1: Any,
+    m2: Any,
+    v1: Any,
+    v2: Any,
+    *,
+    restitution: Any = 1.0,
+    approaching_only: bool = False,
+    invalid: str = "raise",
+) -> batch.Velocities1D:
+    """`collide.resolve_1d` over Dask arrays.
+
+    >>> v1 = da.from_array(np.array([4.0, 8.0]), chunks=1)
+    >>> [u.compute() for u in collide.dask.resolve_1d(0.5, 3.5, v1, 0.0)]
+    [array([-3., -6.]), array([1., 2.])]
+    """
+    return batch.Velocities1D(*_lazily("line", (m1, m2, v1, v2, restitution), approaching_only, invalid))
+
+
+def resolve_2d(
+    m1: Any,
+    m2: Any,
+    v1x: Any,
+    v1y: Any,
+    v2x: Any,
+    v2y: Any,
+    nx: Any,
+    ny: Any,
+    *,
+    restitution: Any = 1.0,
+    approaching_only: bool = False,
+    invalid: str = "raise",
+) -> batch.Velocities2D:
+    """`collide.resolve_2d` over Dask arrays.
+
+    >>> v1x = da.from_array(np.array([1.0, 2.0, 3.0]), chunks=2)
+    >>> u = collide.dask.resolve_2d(1.0, 1.0, v1x, 0.0, 0.0, 0.0, 1.0, 1.0)
+    >>> u.u2y.compute()
+    array([0.5, 1. , 1.5])
+    """
+    inputs = m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution
+    return batch.Velocities2D(*_lazily("plane", inputs, approaching_only, invalid))
+
+
+def resolve_polar(
+    m1: Any,
+    m2: Any,
+    v1: Any,
+    theta1: Any,
+    v2: Any,
+    theta2: Any,
+    phi: Any,
+    *,
+    restitution: Any = 1.0,
+    approaching_only: bool = False,
+    invalid: str = "raise",
+) -> batch.Velocities2D:
+    """`collide.resolve_polar` over Dask arrays.
+
+    >>> phi = da.linspace(0.0, np.pi / 2, 3, chunks=2)
+    >>> collide.dask.resolve_polar(1.0, 1.0, 2.0, 0.0, 0.0, 0.0, phi).u2x.compute().round(15)
+    array([2., 1., 0.])
+    """
+    inputs = m1, m2, v1, theta1, v2, theta2, phi, restitution
+    return batch.Velocities2D(*_lazily("polar", inputs, approaching_only, invalid))
+
+
+def impulse_2d(
+    m1: Any,
+    m2: Any,
+    v1x: Any,
+    v1y: Any,
+    v2x: Any,
+    v2y: Any,
+    nx: Any,
+    ny: Any,
+    *,
+    restitution: Any = 1.0,
+    approaching_only: bool = False,
+    invalid: str = "raise",
+) -> Any:
+    """`collide.impulse_2d` over Dask arrays.
+
+    >>> collide.dask.impulse_2d(1.0, np.inf, da.ones(3), 0.0, 0.0, 0.0, 1.0, 0.0).compute()
+    array([2., 2., 2.])
+    """
+    inputs = m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution
+    return _lazily("impulse", inputs, approaching_only, invalid)[0]
+
+
+def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any, *, invalid: str = "raise") -> Any:
+    """`collide.time_of_impact` over Dask arrays.
+
+    >>> collide.dask.time_of_impact(da.from_array(np.array([3.0, 5.0])), 0.0, -1.0, 0.0, 1.0).compute()
+    array([2., 4.])
+    """
+    return _lazily("impact", (dx, dy, dvx, dvy, distance), False, invalid)[0]
+
+
+# By name: kernels stay where they have been compiled.
+_FORMS = {"line": LINE_FORM, "plane": CARTESIAN, "polar": POLAR, "impulse": IMPULSE, "impact": IMPACT}
+
+
+def _lazily(form: str, inputs: Sequence[Any], approaching_only: Any, invalid: Any) -> list[Any]:
+    """The outputs: slices of one array of them all, each of whose chunks is a task."""
+    columns, outputs = _FORMS[form].columns, _FORMS[form].outputs
+    values = dict(zip(columns, inputs, strict=True))
+    arrays = {name: da.asarray(v) for name, v in values.items() if isinstance(v, da.Array) or np.ndim(v)}
+    for name, array in arrays.items():
+        if any(math.isnan(size) for sizes in array.chunks for size in sizes):
+            raise ValueError(f"{name} has chunks of unknown sizes: call its compute_chunk_sizes() first")
+    if not arrays:
+        arrays = {columns[0]: da.asarray(inputs[0])}
+    _arrays.broadcast_shape(list(arrays), list(arrays.values()))  # or an error that names them
+    none = {**values, **{name: np.empty(0, array.dtype) for name, array in arrays.items()}}
+    like, _ = _arrays.attempt(_FORMS[form], tuple(none.values()), approaching_only, invalid, None)
+    dtype = like[0].dtype
+    values.update(zip(arrays, da.broadcast_arrays(*arrays.values()), strict=True))
+    chunks = values[next(iter(arrays))].chunks
+    stacked = da.map_blocks(
+        _resolve_chunk,
+        *values.values(),
+        form=form,
+        result=dtype.str,
+        options=(approaching_only, invalid),
+        starts=[[0, *itertools.accumulate(sizes)] for sizes in chunks],
+        new_axis=0,
+        chunks=((len(outputs),), *chunks),
+        dtype=dtype,
+        meta=np.empty((0,) * (len(chunks) + 1), dtype),
+    )
+    return [stacked[k] for k in range(len(outputs))]
+
+
+def _resolve_chunk(
+    *blocks: Any, form: str, result: str, options: tuple[Any, Any], starts: list[list[int]], block_id: tuple[int, ...]
+) -> Any:
+    """The outputs of a chunk, as one array."""
+    stacked = np.empty((len(_FORMS[form].outputs), *np.broadcast_shapes(*map(np.shape, blocks))), result)
+    with _threads.alone():
+        _, error = _arrays.attempt(_FORMS[form], blocks, *options, tuple(stacked[k, ...] for k in range(len(stacked))))
+    if error and options[1] == "raise":
+        index = (start[b] + i for start, b, i in zip(starts, block_id[1:], error.index, strict=True))
+        raise InvalidPairError(tuple(index), error.count, error.reason)
+    return stacked

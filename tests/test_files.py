@@ -1,0 +1,663 @@
+"""Files of any size: what `collide resolve` writes, what it says of bad ones, and what it leaves behind."""
+
+import fcntl
+import os
+import pty
+import re
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
+import pytest
+
+import collide
+from collide import _arrow_files, _numpy_files, _stream
+from collide.__main__ import main
+
+RNG = np.random.default_rng(0)
+N = 1000
+ROWS = 300  # of a block, here
+LINE = {name: RNG.uniform(0.5, 2.0, N) for name in ("m1", "m2", "v1", "v2")}
+PLANE = {name: RNG.uniform(0.5, 2.0, N) for name in ("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny")}
+POLAR = {name: RNG.uniform(0.5, 2.0, N) for name in ("m1", "m2", "v1", "theta1", "v2", "theta2", "phi")}
+FORMS = {
+    "1d": (LINE, collide.resolve_1d),
+    "cartesian": (PLANE, collide.resolve_2d),
+    "polar": (POLAR, collide.resolve_polar),
+}
+FORMATS = (".parquet", ".arrow", ".arrows", ".csv", "")
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(collide.__file__).parents[1])}
+
+
+@pytest.fixture(autouse=True)
+def _own_termination_handler():
+    """The command line sets one for its process, which here is the tests' own."""
+    before = signal.getsignal(signal.SIGTERM)
+    yield
+    signal.signal(signal.SIGTERM, before)
+
+
+@pytest.fixture(autouse=True)
+def _small_blocks(monkeypatch):
+    monkeypatch.setattr(_numpy_files, "ROWS", ROWS)
+    monkeypatch.setattr(_arrow_files, "ROWS", ROWS)
+    monkeypatch.setattr(_arrow_files, "_BLOCK_BYTES", 1 << 15)
+
+
+def write(path, columns, **options):
+    """A table in the format that the path is of."""
+    if path.suffix == "":
+        path.mkdir()
+        for name, column in columns.items():
+            np.save(path / f"{name}.npy", column)
+        return path
+    table = columns if isinstance(columns, pa.Table) else pa.table(columns)
+    if path.suffix == ".parquet":
+        pq.write_table(table, path, **{"row_group_size": 400, **options})
+    elif path.suffix == ".csv":
+        pa.csv.write_csv(table, path)
+    else:
+        new = pa.ipc.new_file if path.suffix == ".arrow" else pa.ipc.new_stream
+        with new(path, table.schema, **options) as writer:
+            writer.write_table(table)
+    return path
+
+
+def read(path):
+    if path.suffix == "":
+        return {file.stem: np.load(file, allow_pickle=True) for file in sorted(path.glob("*"))}
+    if path.suffix == ".parquet":
+        return pq.read_table(path)
+    if path.suffix == ".csv":
+        return pa.csv.read_csv(path)
+    opened = pa.ipc.open_file if path.suffix == ".arrow" else pa.ipc.open_stream
+    with pa.OSFile(str(path)) as file:
+        return opened(file).read_all()
+
+
+def resolve(source, target, *options):
+    try:
+        return main([str(a) for a in ("resolve", source, "-o", target, *options)])
+    except SystemExit as end:
+        return end.code
+
+
+def assert_refused(capsys, target, *words):
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert len(captured.err.splitlines()) == 1, captured.err
+    assert captured.err.startswith("collide: ")
+    for word in words:
+        assert str(word) in captured.err
+    assert not list(target.parent.glob(".*"))  # nothing is left behind
+    assert not target.exists()
+
+
+@pytest.fixture(params=FORMATS, ids=lambda suffix: suffix or "folder")
+def paths(request, tmp_path):
+    (tmp_path / "out").mkdir()
+    return tmp_path / f"pairs{request.param}", tmp_path / "out" / f"after{request.param}"
+
+
+# What is written
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_output_is_the_input_and_the_batch_result(form, paths, capsys):
+    columns, function = FORMS[form]
+    write(paths[0], columns)
+    assert resolve(*paths) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    assert captured.out.startswith("1,000 pairs, 0 of them invalid; relative change of total momentum ")
+    assert all(abs(float(x)) < 1e-15 for x in re.findall(r"(?:momentum|energy) (\S+?)[,\n]", captured.out))
+    written, expected = read(paths[1]), {**columns, **function(**columns)._asdict()}
+    assert set(expected) == set(written if isinstance(written, dict) else written.column_names)
+    if paths[0].suffix:
+        assert written.column_names == list(expected)
+    for name, column in expected.items():
+        np.testing.assert_array_equal(np.asarray(written[name]), column, strict=True)
+    assert list(paths[1].parent.iterdir()) == [paths[1]]
+
+
+FOREIGN = {
+    "name": pa.array(["red", "grün", "", "a,b", 'say "so"', "two\nlines", "007", " x ", None, "1.50"] * (N // 10)),
+    "tags": pa.array([[1, 2], None, [], [3], [4, 5]] * (N // 5)),
+    "kind": pa.array(["x", "y"] * (N // 2)).dictionary_encode(),
+    "when": pa.array([0, None] * (N // 2), pa.timestamp("us", tz="UTC")),
+    "nested": pa.array([{"a": 1, "b": None}, {"a": 2, "b": "c"}] * (N // 2)),
+    "price": pa.array([None, "1.25"] * (N // 2), pa.string()).cast(pa.decimal128(9, 2)),
+}
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".arrow", ".arrows"])
+def test_foreign_columns_and_metadata_pass_through_arrow_unchanged(suffix, tmp_path):
+    table = pa.table({**FOREIGN, **LINE}).replace_schema_metadata({"from": "here"})
+    source, target = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
+    write(source, table)
+    assert resolve(source, target) == 0
+    before, after = read(source), read(target)
+    assert after.select(before.column_names).equals(before, check_metadata=True)
+    after.validate(full=True)
+
+
+def test_foreign_files_pass_through_a_folder_unread(tmp_path):
+    source = write(tmp_path / "a", LINE)
+    np.save(source / "other.npy", np.arange(6.0).reshape(2, 3))
+    np.save(source / "object.npy", np.array([{"a": 1}], object))
+    (source / "damaged.npy").write_bytes(b"what")
+    (source / "notes.txt").write_text("not a column")
+    assert resolve(source, tmp_path / "b") == 0
+    for name in ("other", "object", "damaged", *LINE):
+        assert (tmp_path / "b" / f"{name}.npy").read_bytes() == (source / f"{name}.npy").read_bytes()
+    assert {file.suffix for file in (tmp_path / "b").iterdir()} == {".npy"}
+
+
+@pytest.mark.parametrize("dtype", ["f4", "f2", "i2", "u8", "?", ">f8"])
+def test_columns_of_a_folder_keep_their_dtype(dtype, tmp_path):
+    columns = {**LINE, "m1": np.ones(N, dtype), "m2": np.array(2.0)}
+    source = write(tmp_path / "a", columns)
+    assert resolve(source, tmp_path / "b") == 0
+    written = read(tmp_path / "b")
+    for name, column in {**columns, **collide.resolve_1d(**columns)._asdict()}.items():
+        np.testing.assert_array_equal(written[name], column, strict=True)
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".arrow", ".arrows", ""])
+def test_float32_columns(suffix, tmp_path):
+    columns = {name: column.astype(np.float32) for name, column in PLANE.items()}
+    write(tmp_path / f"a{suffix}", columns)
+    assert resolve(tmp_path / f"a{suffix}", tmp_path / f"b{suffix}") == 0
+    for name, u in collide.resolve_2d(**columns)._asdict().items():
+        np.testing.assert_array_equal(np.asarray(read(tmp_path / f"b{suffix}")[name]), u, strict=True)
+
+
+def test_a_folder_of_single_numbers(tmp_path):
+    write(tmp_path / "a", {name: column[0] for name, column in LINE.items()})
+    assert resolve(tmp_path / "a", tmp_path / "b") == 0
+    np.testing.assert_array_equal(
+        np.load(tmp_path / "b" / "u1.npy"), collide.resolve_1d(*(c[0] for c in LINE.values()))[0]
+    )
+
+
+def test_no_rows(paths, capsys):
+    write(paths[0], {name: column[:0] for name, column in LINE.items()})
+    assert resolve(*paths) == 0
+    assert capsys.readouterr().out.startswith("0 pairs, ")
+    written = read(paths[1])
+    assert len(written["u2"]) == 0
+    assert len(written) == 6 or len(written.column_names) == 6
+
+
+TEXT = b"""id,m1,m2,"v,1",v2,note\r
+007,1.50, 2,3.0e0,-1,plain\r
+8,"1",2.,inf,0,"with, comma"\n"9",1,2,5,.5,"say ""so""\nin two lines"
+"""
+
+
+def test_csv_stays_as_it_is(tmp_path):
+    (tmp_path / "a.csv").write_bytes(TEXT.replace(b"inf", b"7"))
+    assert resolve(tmp_path / "a.csv", tmp_path / "b.csv", "--columns", "v1=v,1") == 2  # a comma parts names
+    (tmp_path / "a.csv").write_bytes(TEXT.replace(b"inf", b"7").replace(b'"v,1"', b"v1"))
+    assert resolve(tmp_path / "a.csv", tmp_path / "b.csv") == 0
+    u1, u2 = collide.resolve_1d([1.5, 1.0, 1.0], 2.0, [3.0, 7.0, 5.0], [-1.0, 0.0, 0.5])
+    u = [f"{a!r},{b!r}".replace(".0,", ",").removesuffix(".0") for a, b in zip(u1.tolist(), u2.tolist(), strict=True)]
+    assert (tmp_path / "b.csv").read_text() == (
+        "id,m1,m2,v1,v2,note,u1,u2\n"
+        f"007,1.50, 2,3.0e0,-1,plain,{u[0]}\n"
+        f'8,1,2.,7,0,"with, comma",{u[1]}\n'
+        f'9,1,2,5,.5,"say ""so""\nin two lines",{u[2]}\n'
+    )
+
+
+def test_csv_of_foreign_text_and_many_blocks(tmp_path):
+    table = pa.table({**LINE, "name": FOREIGN["name"].fill_null("")})
+    write(tmp_path / "a.csv", table)
+    assert resolve(tmp_path / "a.csv", tmp_path / "b.csv") == 0
+    options = pa.csv.ParseOptions(newlines_in_values=True)
+    as_text = pa.csv.ConvertOptions(column_types={"name": pa.string()})
+    after = pa.csv.read_csv(tmp_path / "b.csv", parse_options=options, convert_options=as_text)
+    assert after["name"].to_pylist() == table["name"].to_pylist()
+    np.testing.assert_array_equal(after["u2"], collide.resolve_1d(**LINE).u2)
+
+
+def test_parquet_keeps_compression_and_encodings(tmp_path):
+    table = pa.table({**LINE, "name": FOREIGN["name"], "tags": FOREIGN["tags"]})
+    codecs = {"m1": "zstd", "m2": "snappy", "v1": "none", "v2": "gzip", "name": "lz4", "tags.list.element": "zstd"}
+    write(tmp_path / "a.parquet", table, compression=codecs, use_dictionary=["name"])
+    assert resolve(tmp_path / "a.parquet", tmp_path / "b.parquet") == 0
+    before, after = (pq.ParquetFile(tmp_path / f"{name}.parquet").metadata.row_group(0) for name in "ab")
+    for c in range(before.num_columns):
+        assert before.column(c).compression == after.column(c).compression
+        assert ("PLAIN" in before.column(c).encodings) == ("PLAIN" in after.column(c).encodings)
+        assert before.column(c).has_dictionary_page == after.column(c).has_dictionary_page
+    assert after.column(before.num_columns).compression == "ZSTD"  # as m1
+    assert not after.column(before.num_columns).has_dictionary_page
+
+
+def test_long_rows_make_short_blocks(tmp_path):
+    table = pa.table({**LINE, "long": pa.array(["x" * 5000] * N)})
+    for suffix, kind in ((".parquet", _arrow_files.Parquet), (".arrow", _arrow_files.Ipc)):
+        source = write(tmp_path / f"a{suffix}", table, **({"use_dictionary": False} if suffix == ".parquet" else {}))
+        opened = kind(source)
+        opened.select(collide._tables.choose(table.column_names))
+        assert max(block.n_rows for block in opened.blocks()) <= 8
+
+
+# Names and options
+
+
+def test_names_are_mapped(paths):
+    called = {"m1": "mass a", "v1x": "speed"}
+    write(paths[0], {called.get(name, name): column for name, column in PLANE.items()})
+    names = ",".join(f"{name}={column}" for name, column in {**called, "u1x": "after"}.items())
+    assert resolve(*paths, "--columns", names) == 0
+    written, u = read(paths[1]), collide.resolve_2d(**PLANE)
+    np.testing.assert_array_equal(np.asarray(written["after"]), u.u1x)
+    np.testing.assert_array_equal(np.asarray(written["u1y"]), u.u1y)
+
+
+def test_form_decides_where_columns_would_do_for_several(paths, capsys):
+    write(paths[0], {**POLAR, **PLANE})
+    assert resolve(*paths) == 1
+    assert_refused(capsys, paths[1], paths[0], "more than one form", "cartesian, polar")
+    assert resolve(*paths, "--form", "1d") == 0
+    columns = {name: {**POLAR, **PLANE}[name] for name in LINE}
+    np.testing.assert_array_equal(np.asarray(read(paths[1])["u1"]), collide.resolve_1d(**columns).u1)
+
+
+def test_restitution_as_a_column_and_as_a_number(paths):
+    e = RNG.uniform(0.0, 1.0, N)
+    write(paths[0], {**LINE, "restitution": e})
+    assert resolve(*paths) == 0
+    np.testing.assert_array_equal(np.asarray(read(paths[1])["u1"]), collide.resolve_1d(**LINE, restitution=e).u1)
+    assert resolve(*paths, "--restitution", "0.5", "--approaching-only") == 0
+    expected = collide.resolve_1d(**LINE, restitution=0.5, approaching_only=True)
+    np.testing.assert_array_equal(np.asarray(read(paths[1])["u1"]), expected.u1)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--columns", "m1"], ["NAME=COLUMN"]),
+        (["--columns", "m1=a,m1=b"], ["NAME=COLUMN"]),
+        (["--columns", "mass=a"], ["'mass'", "m1"]),
+        (["--form", "2d"], ["2d", "cartesian"]),
+        (["--restitution", "much"], ["much"]),
+        (["--restitution", "-1"], ["restitution = -1.0"]),
+        (["--restitution", "nan"], ["restitution = nan"]),
+    ],
+    ids=lambda value: " ".join(value),
+)
+def test_wrong_options(options, words, tmp_path, capsys):
+    source, target = write(tmp_path / "a.parquet", LINE), tmp_path / "b.parquet"
+    assert resolve(source, target, *options) == 2
+    said = capsys.readouterr().err
+    assert all(word in said for word in words), said
+    assert list(tmp_path.iterdir()) == [source]
+
+
+def test_quiet_says_nothing(paths, capsys):
+    write(paths[0], LINE)
+    assert resolve(*paths, "--quiet") == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def on_a_terminal(source, target, *options):
+    """What the command shows on a terminal of 100 columns."""
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 24, 100, 0, 0))
+    command = [sys.executable, "-m", "collide", "resolve", str(source), "-o", str(target), *options]
+    with subprocess.Popen(command, env=ENVIRONMENT, stdout=theirs, stderr=theirs) as process:
+        os.close(theirs)
+        shown = b""
+        while True:
+            try:
+                part = os.read(ours, 1 << 16)
+            except OSError:  # Linux's way to say that all is read
+                break
+            shown += part
+        os.close(ours)
+    assert process.returncode == 0
+    return shown.decode()
+
+
+def test_progress_on_a_terminal(paths):
+    write(paths[0], LINE)
+    shown = on_a_terminal(*paths)
+    assert re.search(r"100%.*1\.00k/1\.00k \[.*rows/s\]", shown) or paths[0].suffix == ".arrows"
+    assert re.search(r"1\.00k.* rows", shown)
+    shutil.rmtree(paths[1]) if paths[1].is_dir() else paths[1].unlink()
+    assert on_a_terminal(*paths, "--quiet") == ""
+
+
+# Data at fault
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".arrow", ".arrows"])
+def test_a_null_is_named_with_its_row(suffix, tmp_path, capsys):
+    v2 = pa.array(np.where(np.arange(N) >= 777, np.nan, LINE["v2"]), from_pandas=True)
+    source, target = tmp_path / f"a{suffix}", tmp_path / "b" / f"b{suffix}"
+    target.parent.mkdir()
+    write(source, pa.table({**LINE, "v2": v2}))
+    assert resolve(source, target) == 1
+    assert_refused(capsys, target, source, "column v2: row 777: is null")
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".arrow", ".arrows"])
+@pytest.mark.parametrize("column", ["name", "tags", "kind", "when", "nested", "price"])
+def test_a_column_of_the_wrong_type(suffix, column, tmp_path, capsys):
+    source, target = tmp_path / f"a{suffix}", tmp_path / "b" / f"b{suffix}"
+    target.parent.mkdir()
+    write(source, pa.table({**LINE, "m2": FOREIGN[column]}))
+    assert resolve(source, target) == 1
+    assert_refused(capsys, target, source, "column m2: has type ", "must be a real number")
+
+
+@pytest.mark.parametrize(
+    ("value", "words"), [("fast", "'fast' is no number"), ("", "there is no number"), ("1;5", "'1;5'")]
+)
+def test_what_is_no_number_in_csv(value, words, tmp_path, capsys):
+    v1 = [*map(repr, LINE["v1"].tolist())]
+    v1[901] = value
+    source, target = write(tmp_path / "a.csv", {**LINE, "v1": v1}), tmp_path / "b" / "b.csv"
+    target.parent.mkdir()
+    assert resolve(source, target) == 1
+    assert_refused(capsys, target, source, f"column v1: row 901: {words}")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (b"", ["Empty CSV file"]),
+        (b"m1,m2,v1,v2\n1,2,3,4\n1,2,3\n", ["Row #3", "Expected 4 columns, got 3"]),
+        (b"m1,m2,v1,v2\n1,2,3,4\n\xff,2,3,4\n", ["UTF8"]),
+        (b"m1,m2,v1,m1\n1,2,3,4\n", ["missing column v2"]),
+        (b"m1,m2,v1,v2,m1\n1,2,3,4,5\n", ["column m1: there are 2 of that name"]),
+        (b"\x00\x01\x02", ["cannot be read as CSV"]),
+    ],
+)
+def test_csv_that_is_none(text, words, tmp_path, capsys):
+    source, target = tmp_path / "a.csv", tmp_path / "b" / "b.csv"
+    target.parent.mkdir()
+    source.write_bytes(text)
+    assert resolve(source, target) == 1
+    assert_refused(capsys, target, source, *words)
+
+
+def damage(path, place, length=40):
+    content = bytearray(path.read_bytes())
+    content[place : place + length] = b"\xa5" * length
+    path.write_bytes(content)
+
+
+def test_an_unreadable_row_group_is_named_with_column_and_row(tmp_path, capsys):
+    source, target = tmp_path / "a.parquet", tmp_path / "b" / "b.parquet"
+    target.parent.mkdir()
+    write(source, LINE, compression="zstd", use_dictionary=False)
+    column = pq.ParquetFile(source).metadata.row_group(1).column(2)
+    damage(source, column.data_page_offset + 60)
+    assert resolve(source, target) == 1
+    assert_refused(capsys, target, source, "column v1: row ", "cannot be read")
+    row = int(re.search(r"\d+", "400")[0])
+    assert 300 <= row <= 400
+
+
+def test_an_unreadable_batch_is_named_with_column_and_row(tmp_path, capsys):
+    source, target = tmp_path / "a.arrow", tmp_path / "b" / "b.arrow"
+    target.parent.mkdir()
+    table = pa.table(LINE)
+    with pa.ipc.new_file(source, table.schema, options=pa.ipc.IpcWriteOptions(compression="zstd")) as writer:
+        writer.write_table(table, 400)
+    frames = [m.start() for m in re.finditer(re.escape(b"\x28\xb5\x2f\xfd"), source.read_bytes())]
+    assert len(frames) == 12  # of zstd: four columns in three batches
+    damage(source, frames[5] + 20)
+    assert resolve(source, target) == 1
+    assert_refused(capsys, target, source, "column m2: row 400: cannot be read")
+
+
+@pytest.mark.parametrize("part", [0.0, 0.01, 0.5, 0.99])
+def test_a_truncated_file(part, paths, capsys):
+    write(paths[0], LINE)
+    file = paths[0] / "v1.npy" if paths[0].is_dir() else paths[0]
+    file.write_bytes(file.read_bytes()[: int(part * file.stat().st_size)])
+    cut_between_rows = paths[0].suffix == ".csv" and part > 0.01
+    status = resolve(*paths)
+    if cut_between_rows and status == 0:  # a number may be cut to a number
+        return
+    assert status == 1
+    assert_refused(capsys, paths[1], paths[0])
+
+
+def test_an_invalid_pair_is_named_with_its_row_in_the_file(paths, capsys):
+    write(paths[0], {**LINE, "m2": np.where(np.arange(N) == 642, -1.0, LINE["m2"])})
+    assert resolve(*paths) == 1
+    assert_refused(capsys, paths[1], paths[0], "row 642: m2 = -1.0: a mass must be")
+
+
+@pytest.mark.parametrize("rule", ["keep", "nan"])
+def test_invalid_pairs_are_written_and_counted_on_request(rule, paths, capsys):
+    columns = {**LINE, "m2": np.where(np.arange(N) % 400 == 399, -1.0, LINE["m2"])}
+    write(paths[0], columns)
+    assert resolve(*paths, "--invalid", rule) == 0
+    assert capsys.readouterr().out.startswith("1,000 pairs, 2 of them invalid; ")
+    for name, u in collide.resolve_1d(**columns, invalid=rule)._asdict().items():
+        np.testing.assert_array_equal(np.asarray(read(paths[1])[name]).astype(float), u)
+
+
+def test_walls_are_left_out_of_the_report(tmp_path, capsys):
+    source = write(tmp_path / "a.arrow", {**LINE, "m2": np.where(np.arange(N) < 10, np.inf, LINE["m2"])})
+    assert resolve(source, tmp_path / "b.arrow") == 0
+    assert capsys.readouterr().out.endswith(" (10 pairs without a finite energy not counted)\n")
+
+
+# What becomes of the output
+
+
+def test_an_output_is_replaced(paths):
+    write(paths[0], LINE)
+    write(paths[1], {**LINE, "old": LINE["m1"]})
+    assert resolve(*paths) == 0
+    assert "old" not in (read(paths[1]) if paths[1].is_dir() else read(paths[1]).column_names)
+    assert list(paths[1].parent.iterdir()) == [paths[1]]
+
+
+def test_an_output_survives_an_error_in_the_last_block(paths):
+    write(paths[0], {**LINE, "m2": np.where(np.arange(N) == N - 1, -1.0, LINE["m2"])})
+    write(paths[1], {"old": LINE["m1"]})
+    assert resolve(*paths) == 1
+    np.testing.assert_array_equal(np.asarray(read(paths[1])["old"]), LINE["m1"])
+    assert list(paths[1].parent.iterdir()) == [paths[1]]
+
+
+def test_without_the_systems_exchange_a_folder_is_replaced_in_steps(tmp_path, monkeypatch):
+    write(tmp_path / "a", LINE)
+    write(tmp_path / "b", {"old": LINE["m1"]})
+    monkeypatch.setattr(_stream.ctypes, "CDLL", lambda name: object())
+    assert resolve(tmp_path / "a", tmp_path / "b") == 0
+    assert set(read(tmp_path / "b")) == {*LINE, "u1", "u2"}
+    assert sorted(tmp_path.iterdir()) == [tmp_path / "a", tmp_path / "b"]
+
+
+def test_a_folder_with_anything_else_in_it_is_not_replaced(tmp_path, capsys):
+    write(tmp_path / "a", LINE)
+    write(tmp_path / "b", {"old": LINE["m1"]})
+    (tmp_path / "b" / "thesis.tex").write_text("years of work")
+    assert resolve(tmp_path / "a", tmp_path / "b") == 2
+    assert "not a folder of .npy files only" in capsys.readouterr().err
+    assert (tmp_path / "b" / "thesis.tex").read_text() == "years of work"
+
+
+@pytest.mark.parametrize(("one", "other"), [(".parquet", ".csv"), (".csv", ".npz"), (".arrow", ".txt"), (".npz", "")])
+def test_the_output_has_the_format_of_the_input(one, other, tmp_path, capsys):
+    source = tmp_path / f"a{one}"
+    np.savez(source, **LINE) if one == ".npz" else write(source, LINE)
+    assert resolve(source, tmp_path / f"b{other}") == 2
+    assert f"must have the format of the input, {one}" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [source]
+
+
+def test_an_input_of_no_known_format(tmp_path, capsys):
+    (tmp_path / "a.xls").write_text("m1")
+    assert resolve(tmp_path / "a.xls", tmp_path / "b.xls") == 2
+    assert "a folder of .npy files, or one of .npz, .parquet" in capsys.readouterr().err
+
+
+def test_a_full_disk(paths, capsys):
+    """A limit on the size of files stands for it: the same error at the same place."""
+    write(paths[0], LINE)
+    write(paths[1], {"old": LINE["m1"]})
+    limit = 9000 if paths[0].is_dir() else 30_000
+    small = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))"
+    command = f"{small}; import sys; from collide.__main__ import main; sys.exit(main(sys.argv[1:]))"
+    arguments = [sys.executable, "-c", command, "resolve", str(paths[0]), "-o", str(paths[1])]
+    if paths[0].is_dir():
+        np.save(paths[0] / "m1.npy", np.ones(N, np.float32))  # so that its copy fits, and a result does not
+        np.save(paths[0] / "other.npy", np.ones(2 * N))
+    environment = {**ENVIRONMENT, "NUMBA_CACHE_DIR": os.environ["NUMBA_CACHE_DIR"]}
+    done = subprocess.run(arguments, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 1
+    assert done.stderr == f"collide: {paths[1]}: File too large\n"
+    np.testing.assert_array_equal(np.asarray(read(paths[1])["old"]), LINE["m1"])
+    assert list(paths[1].parent.iterdir()) == [paths[1]]
+
+
+STOPPED = """
+import sys, time
+from collide import _arrow_files, _numpy_files, _stream
+from collide.__main__ import main
+
+_numpy_files.ROWS = _arrow_files.ROWS = 300
+_arrow_files._BLOCK_BYTES = 1 << 15
+resolve = _stream._tables.resolve
+calls = []
+
+def slow(*arguments):
+    calls.append(0)
+    if len(calls) == 4:
+        print("writing", flush=True)
+        time.sleep(60 if sys.argv.pop() == "kill" else 3)
+    return resolve(*arguments)
+
+_stream._tables.resolve = slow
+sys.exit(main(sys.argv[1:-1]))
+"""
+
+
+@pytest.mark.parametrize(("how", "status"), [("kill", -9), ("terminate", 143)])
+def test_a_run_that_is_stopped_leaves_the_old_output(how, status, paths):
+    write(paths[0], LINE)
+    write(paths[1], {"old": LINE["m1"]})
+    command = [sys.executable, "-c", STOPPED, "resolve", str(paths[0]), "-o", str(paths[1]), how]
+    with subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout.readline() == "writing\n"
+            getattr(process, how)()
+            assert process.wait(timeout=60) == status
+        finally:
+            process.kill()
+    np.testing.assert_array_equal(np.asarray(read(paths[1])["old"]), LINE["m1"])
+    if how == "terminate":
+        assert list(paths[1].parent.iterdir()) == [paths[1]]
+
+
+def test_without_pyarrow_it_is_said(tmp_path):
+    source = write(tmp_path / "a.parquet", LINE)
+    code = "import sys; sys.modules['pyarrow'] = None; from collide.__main__ import main; sys.exit(main(sys.argv[1:]))"
+    command = [sys.executable, "-c", code, "resolve", str(source), "-o", str(tmp_path / "b.parquet")]
+    done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"collide: {source}: needs pyarrow: pip install pyarrow\n"
+
+
+def test_without_tqdm_it_works(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "tqdm", None)
+    source = write(tmp_path / "a", LINE)
+    assert resolve(source, tmp_path / "b") == 0
+
+
+# Memory and overlap
+
+
+def big(path, n):
+    """One row group, one batch: what is worst for memory."""
+    table = pa.table({name: np.resize(column, n) for name, column in PLANE.items()})
+    if path.suffix == ".parquet":
+        write(path, table, row_group_size=n, use_dictionary=False, compression="none")
+    else:
+        write(path, table if path.suffix else {name: table[name].to_numpy() for name in table.column_names})
+
+
+# Not getrusage: its maximum begins with that of the process that forked.
+PEAK = """
+import re, sys
+from collide.__main__ import main
+assert main(sys.argv[1:]) == 0
+print(int(re.search(r"VmHWM:\\s+(\\d+) kB", open("/proc/self/status").read())[1]) // 1024)
+"""
+
+
+def test_memory_does_not_grow_with_the_file(paths):
+    peaks = []
+    for n in (200_000, 700_000) if paths[0].suffix == ".csv" else (300_000, 5_000_000):
+        big(paths[0], n)
+        command = [sys.executable, "-c", PEAK, "resolve", str(paths[0]), "-o", str(paths[1]), "--quiet"]
+        done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, timeout=300, check=True)
+        peaks.append(int(done.stdout))
+        if paths[0].is_dir():
+            shutil.rmtree(paths[0])
+    # The larger files are of 320 MB (CSV 100 MB), their outputs of half as much again.
+    assert peaks[1] < peaks[0] + 150
+    assert peaks[1] < 1024
+
+
+def test_items_are_made_ahead_in_order_in_one_thread():
+    made, threads = [], set()
+
+    def items():
+        for k in range(10):
+            made.append(k)
+            threads.add(threading.get_ident())
+            yield k
+
+    taken = []
+    for item in _stream.ahead(items()):
+        time.sleep(0.02)
+        assert len(made) > item + 1 or item >= 8
+        taken.append(item)
+    assert taken == list(range(10))
+    assert threads.isdisjoint({threading.get_ident()})
+
+
+def test_an_error_on_the_way_comes_through_after_what_was_before_it():
+    def items():
+        yield 1
+        raise ValueError("no second")
+
+    taken = []
+    with pytest.raises(ValueError, match="no second"):
+        for item in _stream.ahead(items()):
+            taken.append(item)
+    assert taken == [1]
+
+
+def test_who_stops_asking_leaves_no_thread_behind():
+    before = threading.active_count()
+    for item in _stream.ahead(iter(range(1000))):
+        if item == 3:
+            break
+    del item
+    import gc
+
+    gc.collect()
+    assert threading.active_count() == before
