@@ -11,6 +11,9 @@ from pathlib import Path
 
 import numba
 import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
 import pytest
 
 import collide
@@ -34,7 +37,7 @@ def blocks(language):
 
 
 def test_no_block_is_left_out():
-    assert {name for name, _ in BLOCKS} == {"python", "sh"}
+    assert {name for name, _ in BLOCKS} == {"python", "sh", "text"}
 
 
 @pytest.mark.parametrize("text", blocks("python"))
@@ -51,7 +54,11 @@ def test_python(text, tmp_path, monkeypatch):
 @pytest.mark.parametrize("text", blocks("sh"))
 def test_shell(text, tmp_path):
     """The commands of the clone are known; the rest is run here, on a file that the README describes."""
-    np.savez(tmp_path / "pairs.npz", **{k: np.ones(3) for k in ("m1", "m2", "v1x", "v1y", "v2y", "nx", "ny")}, v2x=0.0)
+    columns = {k: np.ones(3) for k in ("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny")}
+    np.savez(tmp_path / "pairs.npz", **columns)
+    pa.csv.write_csv(pa.table(columns), tmp_path / "pairs.csv")
+    renamed = {{"m1": "mass_a", "m2": "mass_b"}.get(k, k): column for k, column in columns.items()}
+    pq.write_table(pa.table(renamed), tmp_path / "pairs.parquet")
     for line in text.splitlines():
         if line not in KNOWN:
             command = re.sub(r"^(python -m collide|collide)\b", f"{sys.executable} -m collide", line)
