@@ -79,7 +79,7 @@ def test_two_processes_of_one_thread_beside_one_of_two(store):
     with cluster(2, 1) as two, cluster(1, 2) as one, Client(two) as first, Client(one) as second:
 
         def run(client):
-            client.compute(resolve_store(store)).result()
+            client.compute(resolve_store(store), sync=True)
 
         contestants = {"2 x 1": lambda: run(first), "1 x 2": lambda: run(second), "one call": lambda: plainly(store)}
         for k in range(ROUNDS + 1):
