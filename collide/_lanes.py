@@ -199,7 +199,7 @@ def doubt(typingctx: Any, change: Any, outputs: Any, signs: Any) -> Any:
         both = b.bitcast(_call(b, "copysign", args[0], b.bitcast(union, wide)), integer)
         return b.icmp_unsigned(">=", both, _constant(integer, limit))
 
-    return Mask(change.width)(change, outputs, signs), codegen
+    return (Mask(change.width) if isinstance(change, Lanes) else types.boolean)(change, outputs, signs), codegen
 
 
 # Lanes and their neighbours.

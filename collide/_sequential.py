@@ -12,8 +12,8 @@ from . import scalar
 from ._elementwise import select
 from ._grid import wrap
 from ._jit import Kernel, formula
-from ._kernels import valid_2d
-from ._lanes import select_each
+from ._kernels import collide_2d, valid_2d
+from ._lanes import any_lane, doubt, select_each
 from ._memory import prefetch
 
 # Balls in no order: 24 million pairs/s where they are asked for so many pairs ahead, 10 million where not.
@@ -35,6 +35,28 @@ def _kernel_contacts(  # type: ignore[no-untyped-def]  # compiled only
 
     That pair's values go into `witness`, in the order of CARTESIAN.columns.
     """
+    # Two loops: with the box asked for at each pair, open space took a quarter longer.
+    if lx > 0.0:
+        return _in_order(i, j, m, x, y, e, lx, ly, nan, vx, vy, impulse, witness)
+    return _in_order(i, j, m, x, y, e, 0.0, 0.0, nan, vx, vy, impulse, witness)
+
+
+@formula
+def _in_order(
+    i: Any,
+    j: Any,
+    m: Any,
+    x: Any,
+    y: Any,
+    e: Any,
+    lx: Any,
+    ly: Any,
+    nan: Any,
+    vx: Any,
+    vy: Any,
+    impulse: Any,
+    witness: Any,
+) -> Any:
     n_resolved, n_invalid, first = 0, 0, -1
     each_m, each_e = 1 if m.size > 1 else 0, 1 if e.size > 1 else 0
     for k in range(i.size):
@@ -53,12 +75,18 @@ def _kernel_contacts(  # type: ignore[no-untyped-def]  # compiled only
             _distance(y[one], y[two], ly),
             e[k * each_e],
         )
-        before, after, closing, p = _resolve(*pair)
+        before, after, closing, size, signs = collide_2d(*pair)
         # Not `closing > 0`: NaN has to go on to the check. And no branch: whether a pair approaches cannot be guessed,
         # and a wrong guess costs more than to write velocities that have not changed.
         apart = closing <= 0.0
         after = select_each(apart, before, after)
-        valid = valid_2d(pair, after, (vx,)) & ((impulse.size == 0) | (abs(p) < math.inf) | apart)
+        valid = True
+        if any_lane(doubt(size, (vx,), signs)):
+            valid = valid_2d(pair, after, (vx,))
+        if impulse.size > 0:
+            p = select(apart, 0.0, scalar.impulse_2d(*pair))
+            valid = valid & (abs(p) < math.inf)
+            impulse[k] = p if valid else math.nan if nan else 0.0
         n_resolved += valid & (not apart)
         if not valid:
             if n_invalid == 0:
@@ -68,8 +96,6 @@ def _kernel_contacts(  # type: ignore[no-untyped-def]  # compiled only
             n_invalid += 1
             after = (math.nan, math.nan, math.nan, math.nan) if nan else before
         vx[one], vy[one], vx[two], vy[two] = after
-        if impulse.size > 0:
-            impulse[k] = select(apart, 0.0, p) if valid else math.nan if nan else 0.0
     return n_resolved, n_invalid, first
 
 
@@ -78,13 +104,6 @@ def _distance(x1: Any, x2: Any, length: Any) -> Any:
     """x2 - x1, in a periodic box to the nearest image; length 0 is no box."""
     d = wrap(x2, length) - wrap(x1, length)
     return d - length * np.rint(d / length) if length > 0.0 else d
-
-
-@formula
-def _resolve(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, e: Any) -> Any:
-    nx, ny, square = scalar.normal(nx, ny)
-    after, closing, (j1, j2) = scalar.in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, square, e)
-    return (v1x, v1y, v2x, v2y), after, closing, scalar.impulse(m1, m2, j1, j2, square)
 
 
 _READ, _WRITE = types.Array(types.float64, 1, "C", readonly=True), types.Array(types.float64, 1, "C")
