@@ -1,8 +1,13 @@
-"""Sums and products with their rounding errors, exactly: what keeps a difference of nearly equal terms."""
+"""Sums and products with their rounding errors, exactly: what keeps a difference of nearly equal terms.
+
+Compiled by way of fma; uncompiled, where there is none for arrays, by way of Dekker's halves, with the same bits.
+"""
 
 from __future__ import annotations
 
 from typing import Any
+
+import numpy as np
 
 from ._elementwise import fma
 from ._jit import compiles, formula
@@ -17,7 +22,7 @@ def two_sum(a: Any, b: Any) -> Any:
 
 
 def two_product(x: Any, y: Any) -> Any:
-    """x*y and its rounding error: by fma where compiled, uncompiled by Dekker's halves, with the same bits."""
+    """x*y and its rounding error."""
     p = x * y
     (a, b), (c, d) = _halves(x), _halves(y)
     return p, ((a * c - p) + a * d + b * c) + b * d
@@ -36,6 +41,29 @@ def _two_product(x: Any, y: Any) -> Any:
         return p, fma(x, y, -p)
 
     return compiled
+
+
+def fused(x: Any, y: Any, z: Any) -> Any:
+    """x*y + z, rounded once (uncompiled by rounding to odd: Boldo and Melquiond, "Emulation of a FMA", 2008)."""
+    p, e = two_product(x, y)
+    s, low = two_sum(z, e)
+    total, middle = two_sum(p, s)
+    tail, rest = two_sum(middle, low)
+    bits = np.asarray(tail, np.float64).view(np.int64)
+    to_odd = np.where(np.equal(rest > 0.0, tail > 0.0), 1, -1) * ((rest != 0.0) & (bits % 2 == 0))
+    return total + (bits + to_odd).view(np.float64)[()]
+
+
+@compiles(fused)
+def _fused(x: Any, y: Any, z: Any) -> Any:
+    return lambda x, y, z: fma(x, y, z)
+
+
+@formula
+def dot(a: Any, b: Any, c: Any, d: Any) -> Any:
+    """a*b + c*d to one and a half units in the last place, even where it cancels (Kahan)."""
+    p, e = two_product(c, d)
+    return fused(a, b, p) + e
 
 
 @formula

@@ -23,7 +23,7 @@ import math
 from typing import Any
 
 from ._elementwise import as_float64, inverse_power_of_two, is_extreme, select, square_root
-from ._exact import two_dot, two_product, two_sum
+from ._exact import dot, two_dot, two_product, two_sum
 from ._jit import formula
 from ._lanes import any_lane
 from ._sincos import sincos
@@ -141,8 +141,7 @@ def impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> tuple[Any, An
     near, wide = inverse_power_of_two(dx, dy), inverse_power_of_two(distance, distance)
     length, speed = select(near < wide, near, wide), inverse_power_of_two(dvx, dvy)
     dx, dy, reach, wx, wy = length * dx, length * dy, length * distance, speed * dvx, speed * dvy
-    along, along_low = two_dot(dx, wx, dy, wy)
-    along = along + along_low
+    along = dot(dx, wx, dy, wy)
     across, across_low = two_dot(dx, wy, -dy, wx)
     square, square_low = two_dot(wx, wx, wy, wy)
     away, away_low = two_dot(dx, dx, dy, dy)

@@ -18,7 +18,7 @@ GOLDEN = {
     "resolve_2d": "6484537fb6d692ca",
     "resolve_polar": "55d900dca5ceef4d",
     "impulse_2d": "aac5c26b00c38021",
-    "time_of_impact": "84921289563ddcf7",
+    "time_of_impact": "902adb3abbd9b074",
     "find_contacts": "9fd92fed33ba52e7",
     "resolve_contacts": "8a5678ac62ed0546",
 }
