@@ -52,6 +52,7 @@ def _small_blocks(monkeypatch):
     monkeypatch.setattr(_numpy_files, "ROWS", ROWS)
     monkeypatch.setattr(_arrow_files, "ROWS", ROWS)
     monkeypatch.setattr(_arrow_files, "_BLOCK_BYTES", 1 << 15)
+    monkeypatch.setattr(_arrow_files, "_TEXT_BYTES", 1 << 14)
 
 
 def write(path, columns, **options):
@@ -538,7 +539,7 @@ from collide import _arrow_files, _numpy_files, _stream
 from collide.__main__ import main
 
 _numpy_files.ROWS = _arrow_files.ROWS = 300
-_arrow_files._BLOCK_BYTES = 1 << 15
+_arrow_files._TEXT_BYTES = 1 << 14
 resolve = _stream._tables.resolve
 calls = []
 

@@ -56,6 +56,9 @@ def test_shell(text, tmp_path):
     """The commands of the clone are known; the rest is run here, on a file that the README describes."""
     columns = {k: np.ones(3) for k in ("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny")}
     np.savez(tmp_path / "pairs.npz", **columns)
+    (tmp_path / "pairs").mkdir()
+    for name, column in columns.items():
+        np.save(tmp_path / "pairs" / f"{name}.npy", column)
     pa.csv.write_csv(pa.table(columns), tmp_path / "pairs.csv")
     renamed = {{"m1": "mass_a", "m2": "mass_b"}.get(k, k): column for k, column in columns.items()}
     pq.write_table(pa.table(renamed), tmp_path / "pairs.parquet")
