@@ -105,6 +105,7 @@ def section(data: dict[str, Any]) -> str:
         *wrapped(f"One pair, in arrays of length 1: {latencies(found, threads)}. {start(data)}"),
         "",
         *simulation(data),
+        *files(data),
         *wrapped("Where it loses: " + losses(found) + "."),
         "",
         *wrapped(
@@ -177,6 +178,26 @@ def simulation(data: dict[str, Any]) -> list[str]:
     if steps:
         sentences.append(f"A step of a gas of 10,000 disks takes {steps}.")
     return [*lines, *wrapped(" ".join(sentences)), ""] if sentences else lines
+
+
+def files(data: dict[str, Any]) -> list[str]:
+    """What the benchmarks of files and of a cluster found."""
+    infos = [b["extra_info"] for b in data["benchmarks"]]
+    copied = "; ".join(
+        f"{i['file']}: {number(i['rate'])} million pairs a second, {number(i['copies'])} times as fast"
+        for i in infos
+        if "file" in i
+    )
+    shared = "; ".join(
+        f"{number(i['as fast as the reference'])} times the rate of {i['cluster']}" for i in infos if "cluster" in i
+    )
+    lines = (
+        wrapped(f"`collide resolve`, beside a plain copy of as many bytes, both synced to disk: {copied}.")
+        if copied
+        else []
+    )
+    lines += wrapped(f"Dask, from disk to disk on 2 processes of 1 thread: {shared}.") if shared else []
+    return [*lines, ""] if lines else []
 
 
 def losses(found: dict[Key, Entry]) -> str:

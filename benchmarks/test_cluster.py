@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import shutil
 import statistics
-import time
 
 import make_pairs
 import numpy as np
@@ -69,39 +68,35 @@ def plainly(folder):
     collide.resolve_2d(*map(np.asarray, columns), out=out)
 
 
-def test_two_processes_of_one_thread_beside_one_of_two(store):
+@pytest.fixture(scope="module")
+def clients():
     from dask.distributed import Client, LocalCluster
 
     def cluster(workers, threads):
-        return LocalCluster(n_workers=workers, threads_per_worker=threads, dashboard_address=":0")
+        return LocalCluster(n_workers=workers, threads_per_worker=threads, dashboard_address=":0", silence_logs=40)
 
-    seconds = {"2 x 1": [], "1 x 2": [], "one call": []}
     with cluster(2, 1) as two, cluster(1, 2) as one, Client(two) as first, Client(one) as second:
+        yield first, second
 
-        def run(client):
-            client.compute(resolve_store(store), sync=True)
 
-        contestants = {"2 x 1": lambda: run(first), "1 x 2": lambda: run(second), "one call": lambda: plainly(store)}
-        for k in range(ROUNDS + 1):
-            for name, contestant in contestants.items():
-                began = time.perf_counter()
-                contestant()
-                if k:  # the first compiles
-                    seconds[name].append(time.perf_counter() - began)
-        expected = collide.resolve_2d(*(np.load(store / f"{name}.npy") for name in make_pairs.NAMES))
-        for name in contestants:
-            for column in expected._fields:
-                np.load(store / f"{column}.npy", mmap_mode="r+")[:] = 0.0
-            contestants[name]()
-            for column, u in expected._asdict().items():
-                np.testing.assert_array_equal(np.load(store / f"{column}.npy"), u)
-    ratios = {
-        name: statistics.median(b / a for a, b in zip(seconds["2 x 1"], seconds[name], strict=True)) for name in seconds
-    }
-    rate = N / statistics.median(seconds["2 x 1"]) / 1e6
-    print(
-        f"\n{N:,} pairs from disk to disk, 2 processes of 1 thread: {rate:.1f} M pairs/s, {ratios['1 x 2']:.2f} of the "
-        f"rate of 1 process of 2 threads, {ratios['one call']:.2f} of one call without Dask",
-        end=" ",
-    )
-    assert ratios["1 x 2"] >= 0.8
+@pytest.mark.parametrize(("rival", "bound"), [("1 process of 2 threads", 0.8), ("one call without Dask", 0.0)])
+def test_two_processes_of_one_thread(race, benchmark, store, clients, rival, bound):
+    two, one = clients
+
+    def run(client):
+        return lambda: client.compute(resolve_store(store), sync=True)
+
+    reference = run(one) if bound else lambda: plainly(store)
+    expected = collide.resolve_2d(*(np.load(store / f"{name}.npy") for name in make_pairs.NAMES))
+    for contestant in (run(two), reference):
+        for column in expected._fields:
+            np.load(store / f"{column}.npy", mmap_mode="r+")[:] = 0.0
+        contestant()
+        for column, u in expected._asdict().items():
+            np.testing.assert_array_equal(np.load(store / f"{column}.npy"), u)
+    benchmark.group = f"{N:,} pairs from disk to disk by Dask, 2 processes of 1 thread"
+    ratio = statistics.median(race(run(two), reference, ROUNDS, cluster=rival))
+    rate = N / benchmark.stats.stats.median / 1e6
+    benchmark.extra_info["rate"] = rate
+    print(f"\n{benchmark.group}: {rate:.1f} M pairs/s, {ratio:.2f} of {rival}, at least {bound}", end=" ")
+    assert ratio >= bound
