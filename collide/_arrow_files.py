@@ -57,17 +57,17 @@ class _Arrow(Source):
     def _located(self, error: BaseException, start: int) -> str:
         """What is wrong, and where: it is looked for once more, column by column."""
         for name in self.names:
-            row = start
+            row = 0
             try:
-                for batch in self._column(name, start):
+                for batch in self._column(name):
                     row += batch.num_rows
             except _UNREADABLE as again:
                 return f"column {name}: row {row}: cannot be read ({_why(again)})"
         return f"row {start}: cannot be read ({_why(error)})"
 
-    def _column(self, name: str, start: int) -> Iterator[Any]:
-        """One column, from a row on."""
-        return iter(())
+    def _column(self, name: str) -> Iterator[Any]:
+        """The batches of one column only."""
+        raise NotImplementedError
 
 
 def _why(error: BaseException) -> str:
@@ -105,11 +105,8 @@ class Parquet(_Arrow):
     def _batches(self) -> Iterator[Any]:
         return self._file.iter_batches(self._block)  # type: ignore[no-any-return]
 
-    def _column(self, name: str, start: int) -> Iterator[Any]:
-        for batch in self._file.iter_batches(self._block, columns=[name]):
-            if start <= 0:
-                yield batch
-            start -= batch.num_rows
+    def _column(self, name: str) -> Iterator[Any]:
+        return self._file.iter_batches(self._block, columns=[name])  # type: ignore[no-any-return]
 
     @contextlib.contextmanager
     def sink(self, path: Path, outputs: dict[str, Array]) -> Iterator[Write]:
@@ -163,11 +160,8 @@ class Ipc(_Arrow):
             for start in range(0, batch.num_rows, rows):
                 yield batch.slice(start, rows)
 
-    def _column(self, name: str, start: int) -> Iterator[Any]:
-        for batch in self._all(self._open(included_fields=[self.schema.names.index(name)])):
-            if start <= 0:
-                yield batch
-            start -= batch.num_rows
+    def _column(self, name: str) -> Iterator[Any]:
+        return self._all(self._open(included_fields=[self.schema.names.index(name)]))
 
     @contextlib.contextmanager
     def sink(self, path: Path, outputs: dict[str, Array]) -> Iterator[Write]:
@@ -190,15 +184,14 @@ class Csv(_Arrow):
     """Comma-separated values in UTF-8 below a line of names. What stands there is kept as it stands, as text."""
 
     def __init__(self, path: Path) -> None:
-        self._file, self.n_rows = pa.OSFile(str(path)), None
+        self._path, self.n_rows = str(path), None
         try:
-            names = self._open(self._file, {}).schema.names
+            names = self._open(pa.OSFile(self._path), {}).schema.names
         except _UNREADABLE as error:
             raise TableError(self._located(error, 0)) from None
         self.schema = pa.schema([(name, pa.string()) for name in names])
 
     def _open(self, file: Any, types: dict[str, Any], use_threads: bool = True) -> Any:
-        file.seek(0)
         return pa.csv.open_csv(
             file,
             pa.csv.ReadOptions(use_threads=use_threads, block_size=_TEXT_BYTES),
@@ -207,16 +200,16 @@ class Csv(_Arrow):
         )
 
     def _batches(self) -> Iterator[Any]:
-        n_read, size = 0, self._file.size()
-        for batch in self._open(self._file, dict.fromkeys(self.names, pa.string())):
+        file, n_read = pa.OSFile(self._path), 0
+        for batch in self._open(file, dict.fromkeys(self.names, pa.string())):
             n_read += batch.num_rows
-            self.n_rows = n_read * size // max(1, self._file.tell())  # a guess, from the rows so far
+            self.n_rows = n_read * file.size() // max(1, file.tell())  # a guess, from the rows so far
             yield batch
 
     def _located(self, error: BaseException, start: int) -> str:
         """On one thread the reader counts lines, and names the one that is at fault."""
         try:
-            deque(self._open(self._file, {}, use_threads=False), maxlen=0)
+            deque(self._open(pa.OSFile(self._path), {}, use_threads=False), maxlen=0)
         except _UNREADABLE as again:
             error = again
         return f"cannot be read as CSV ({_why(error)})"

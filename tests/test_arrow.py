@@ -8,20 +8,10 @@ import polars as pl
 import pyarrow as pa
 import pytest
 import xarray as xr
+from tables import FORMS, LINE, PLANE, RNG, N
 
 import collide
 import collide.arrow
-
-N = 1000
-RNG = np.random.default_rng(0)
-LINE = {name: RNG.uniform(0.5, 2.0, N) for name in ("m1", "m2", "v1", "v2")}
-PLANE = {name: RNG.uniform(0.5, 2.0, N) for name in ("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny")}
-POLAR = {name: RNG.uniform(0.5, 2.0, N) for name in ("m1", "m2", "v1", "theta1", "v2", "theta2", "phi")}
-FORMS = {
-    "1d": (LINE, collide.resolve_1d),
-    "cartesian": (PLANE, collide.resolve_2d),
-    "polar": (POLAR, collide.resolve_polar),
-}
 
 
 def assert_resolved(data, columns, expected):

@@ -19,22 +19,13 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 import pytest
+from tables import FORMS, LINE, PLANE, POLAR, RNG, N
 
 import collide
 from collide import _arrow_files, _numpy_files, _stream
 from collide.__main__ import main
 
-RNG = np.random.default_rng(0)
-N = 1000
 ROWS = 300  # of a block, here
-LINE = {name: RNG.uniform(0.5, 2.0, N) for name in ("m1", "m2", "v1", "v2")}
-PLANE = {name: RNG.uniform(0.5, 2.0, N) for name in ("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny")}
-POLAR = {name: RNG.uniform(0.5, 2.0, N) for name in ("m1", "m2", "v1", "theta1", "v2", "theta2", "phi")}
-FORMS = {
-    "1d": (LINE, collide.resolve_1d),
-    "cartesian": (PLANE, collide.resolve_2d),
-    "polar": (POLAR, collide.resolve_polar),
-}
 FORMATS = (".parquet", ".arrow", ".arrows", ".csv", "")
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(collide.__file__).parents[1])}
 
