@@ -1,13 +1,14 @@
 """The command line: `collide resolve` for files, `collide demo` to see what this machine does.
 
-Exit status 2: the command line is at fault; 1: the data; 130: interrupted. Either way one line on standard error, and
-no output file.
+Exit status 2: the command line is at fault; 1: the data; 130: interrupted. Either way no output file, and one line on
+standard error (argparse puts its usage before that).
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import importlib.util
 import os
 import signal
 import sys
@@ -22,7 +23,7 @@ _SUFFIXES = {
     ".npz": "Archive",
     ".parquet": "Parquet",
     ".arrow": "Ipc",
-    ".arrows": "Ipc",
+    ".arrows": "IpcStream",
     ".feather": "Ipc",
     ".csv": "Csv",
 }
@@ -35,9 +36,11 @@ class UsageError(Exception):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
-    # A termination, too, has to remove the temporary file.
-    with contextlib.suppress(ValueError):  # not the main thread
-        signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    # A termination, too, has to remove the temporary file, and so has a terminal that is closed.
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) == signal.SIG_DFL:
+            with contextlib.suppress(ValueError):  # not the main thread
+                signal.signal(number, lambda number, _: sys.exit(128 + number))
     try:
         if options.command == "demo":
             from . import _demo
@@ -59,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _fail(message: object, status: int) -> int:
-    print(f"collide: {message}", file=sys.stderr)
+    print(f"collide: {' '.join(str(message).splitlines())}", file=sys.stderr)
     return status
 
 
@@ -107,7 +110,7 @@ def resolve(options: argparse.Namespace) -> None:
     source = kind(options.input)
     try:
         how = _tables.options(options.restitution, options.approaching_only, options.invalid)
-        columns = _tables.choose(source.names, options.form, options.columns)
+        columns = _tables.choose(source.names, options.form, options.columns, how)
     except _tables.TableError:
         raise
     except ValueError as error:
@@ -115,15 +118,18 @@ def resolve(options: argparse.Namespace) -> None:
     with _bar(options.quiet) as progress:
         report = _stream.resolve(source, target, columns, how, progress)
     if not options.quiet:
-        print(_sentence(report))
+        _say(_sentence(report))
 
 
 def _kind(path: Path) -> Callable[[Path], _stream.Source]:
     """The format of an input."""
-    if path.is_dir():
-        return _numpy_files.Folder
-    if not path.is_file():
-        raise UsageError(f"{path}: no such file")
+    try:
+        if path.is_dir():
+            return _numpy_files.Folder
+        if not path.is_file():
+            raise UsageError(f"{path}: {'is not a file' if path.exists() else 'no such file'}")
+    except OSError as error:
+        raise UsageError(f"{path}: {error.strerror}") from None
     name = _SUFFIXES.get(path.suffix.lower())
     if name is None:
         raise UsageError(f"{path}: must be {_KNOWN}")
@@ -150,7 +156,7 @@ def _checked(source: Path, target: Path, kind: Any) -> Path:
         raise UsageError(f"{target}: is the input")
     if kind.is_folder:
         # A folder is replaced whole: nothing else may get lost with it.
-        if target.exists() and not (target.is_dir() and all(f.suffix == ".npy" for f in target.iterdir())):
+        if target.exists() and not (target.is_dir() and all(map(_is_column, target.iterdir()))):
             raise UsageError(f"{target}: is there, and not a folder of .npy files only")
     elif target.exists() and not target.is_file():
         raise UsageError(f"{target}: is not a file")
@@ -159,15 +165,29 @@ def _checked(source: Path, target: Path, kind: Any) -> Path:
     return real
 
 
+def _is_column(file: Path) -> bool:
+    return file.suffix == ".npy" and file.is_file()
+
+
+def _say(line: str) -> None:
+    """On standard output, which may be full or gone: the work is done all the same."""
+    try:
+        print(line, flush=True)
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains once more at its end
+        _fail(f"standard output: {error.strerror}", 0)
+
+
 @contextlib.contextmanager
 def _bar(quiet: bool) -> Iterator[Callable[[int, int | None], None]]:
     """What shows progress on a terminal, if tqdm is there."""
-    try:
-        from tqdm import tqdm
-    except ImportError:
+    shown = not quiet and sys.stderr is not None and sys.stderr.isatty()
+    if not shown or importlib.util.find_spec("tqdm") is None:
         yield lambda n_rows, n_all: None
         return
-    with tqdm(unit=" rows", unit_scale=True, disable=quiet or None) as bar:
+    from tqdm import tqdm
+
+    with tqdm(unit=" rows", unit_scale=True) as bar:
 
         def progress(n_rows: int, n_all: int | None) -> None:
             bar.total = n_all

@@ -22,6 +22,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 _WIDTH = LINE // 8
 _N_SUMS = 9
+_MOST = 1e290  # of a pair's energy: a million million of them are still a number
 
 
 @formula
@@ -54,7 +55,7 @@ def _sizes(momentum: Any, energy: Any, m1: Any, m2: Any, v1: Any, v2: Any) -> An
 
 @formula
 def _worth(m1: Any, m2: Any, before: Any, after: Any) -> Any:
-    """Finite where all energies are: not beside an immovable ball, nor where a velocity is NaN."""
+    """More than all energies of the pair; infinite beside an immovable ball, NaN where a velocity is."""
     worth = 0.0 * m1
     for c in range(len(before)):
         worth = worth + (m1 + m2) * (before[c] * before[c] + after[c] * after[c])
@@ -63,7 +64,7 @@ def _worth(m1: Any, m2: Any, before: Any, after: Any) -> Any:
 
 @formula
 def _changes(collide: Any, columns: Any, outputs: Any, scalars: Any, sums: Any) -> int:
-    """The sums over all pairs with finite energies, lane by lane; returns how many they are."""
+    """The sums over all pairs that count, lane by lane; returns how many they are."""
     usual, size = is_usual(columns), outputs[0].size
     nothing = fill(load(outputs, scalars, 0, 0, True), 0.0)
     zero = nothing[0]
@@ -75,7 +76,7 @@ def _changes(collide: Any, columns: Any, outputs: Any, scalars: Any, sums: Any) 
         values = load(columns, scalars, k, n, usual)
         before, _, _, _, _ = collide(*values)
         after = load(outputs, scalars, k, n, True)
-        counted = leading(_worth(values[0], values[1], before, after) < math.inf, n)
+        counted = leading(_worth(values[0], values[1], before, after) < _MOST, n)
         n_counted += count(counted)
         m1, m2 = select_each(counted, (values[0], values[1]), (zero, zero))
         v, u = select_each(counted, before, nothing), select_each(counted, after, nothing)
@@ -127,7 +128,7 @@ _KERNELS = {
 class Conservation:
     """The relative change of total momentum and energy over any number of batches.
 
-    Pairs with an immovable ball, with a velocity that is not finite, or with an energy beyond float64 are not counted.
+    Pairs with an immovable ball, with a velocity that is not finite, or with an energy beyond 1e290 are not counted.
     """
 
     def __init__(self) -> None:

@@ -41,6 +41,8 @@ class Archive(Source):
                     raise TableError("is no .npz file")
                 self._table: dict[str, Array] = {}
                 for name in archive.files:
+                    if name in self._table:
+                        raise ValueError("there are two of that name")
                     self._table[name] = archive[name]
                     if not isinstance(self._table[name], np.ndarray):
                         raise ValueError("not an array")
@@ -79,23 +81,41 @@ class Folder(Source):
     is_folder = True
 
     def __init__(self, path: Path) -> None:
-        self._files = {file.stem: file for file in sorted(path.glob("*.npy")) if file.is_file()}
+        try:
+            self._files = {file.stem: file for file in sorted(path.iterdir()) if file.suffix == ".npy"}
+        except OSError as error:
+            raise TableError(f"cannot be read ({error.strerror})") from None
+        for name, file in self._files.items():
+            if not file.is_file():
+                raise TableError(f"column {name}: is not a file")
         self.names, self.n_rows = list(self._files), None
 
     def select(self, columns: Columns) -> dict[str, Array]:
+        for name in columns.outputs:
+            if Path(name).name != name:
+                raise TableError(f"column {name}: cannot be the name of a file")
         self._columns = {argument: self._map(name) for argument, name in columns.inputs.items()}
         self._inputs = columns.inputs
         self.n_rows = _n_rows(columns, self._columns)
         return {argument: column[:0] if column.ndim else column for argument, column in self._columns.items()}
 
     def _map(self, name: str) -> Any:
+        column: Any
         try:
             column = np.load(self._files[name], mmap_mode="r", allow_pickle=False)
         except _UNREADABLE as error:
             raise TableError(f"column {name}: cannot be read as an .npy file of numbers ({_why(error)})") from None
+        if not hasattr(column, "_mmap"):
+            raise TableError(f"column {name}: is no .npy file")
         if column.size:
             column._mmap.madvise(mmap.MADV_SEQUENTIAL)
         return column
+
+    def _opened(self, name: str) -> IO[bytes]:
+        try:
+            return self._files[name].open("rb")
+        except OSError as error:
+            raise TableError(f"column {name}: cannot be read ({error.strerror})") from None
 
     def blocks(self) -> Iterator[Block]:
         n_rows = self.n_rows
@@ -109,9 +129,10 @@ class Folder(Source):
 
     @contextlib.contextmanager
     def sink(self, path: Path, outputs: dict[str, Array]) -> Iterator[Write]:
-        for name, original in self._files.items():
+        for name in self._files:
             if name not in self._inputs.values():
-                shutil.copyfile(original, path / original.name)
+                with self._opened(name) as original, (path / f"{name}.npy").open("wb") as copy:
+                    shutil.copyfileobj(original, copy, 1 << 20)
         with contextlib.ExitStack() as stack:
 
             def create(name: str) -> IO[bytes]:
@@ -119,8 +140,8 @@ class Folder(Source):
 
             copies = [(self._columns[argument], create(name)) for argument, name in self._inputs.items()]
             for (column, file), name in zip(copies, self._inputs.values(), strict=True):
-                with self._files[name].open("rb") as original_file:
-                    file.write(original_file.read(column.offset))  # its header
+                with self._opened(name) as original:
+                    file.write(original.read(column.offset))  # its header
             results = [create(name) for name in outputs]
             for file, u in zip(results, outputs.values(), strict=True):
                 shape = () if self.n_rows is None else (self.n_rows,)

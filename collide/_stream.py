@@ -110,7 +110,7 @@ def ahead(items: Iterable[Item], depth: int = 2) -> Iterator[Item]:
 @contextlib.contextmanager
 def replacing(path: Path, is_folder: bool) -> Iterator[Path]:
     """A new file or folder that takes the place of `path` when all is written, and vanishes on any error."""
-    prefix = f".{path.name}."
+    prefix = f".{path.name[:40]}."
     if is_folder:
         temporary = Path(tempfile.mkdtemp(".tmp", prefix, path.parent))
     else:
@@ -152,5 +152,9 @@ def _exchange(one: Path, other: Path) -> None:
             return
     aside = one.with_suffix(".old")
     other.rename(aside)
-    one.rename(other)
+    try:
+        one.rename(other)
+    except BaseException:
+        aside.rename(other)
+        raise
     aside.rename(one)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import math
+import numbers
+import reprlib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -34,13 +35,31 @@ class Columns(NamedTuple):
     outputs: list[str]
 
 
-def choose(names: Iterable[str], form: str | None = None, columns: Mapping[str, str] | None = None) -> Columns:
+class Options(NamedTuple):
+    """What the batch functions take beside the columns."""
+
+    restitution: float | None  # None: the column, or 1 where there is none
+    approaching_only: bool
+    invalid: str
+
+
+def options(restitution: Any, approaching_only: bool, invalid: str) -> Options:
+    """With the first checked; the others are when they are used."""
+    if restitution is not None:
+        is_number = isinstance(restitution, numbers.Real) and not isinstance(restitution, bool)
+        if not (is_number and 0.0 <= restitution < 1e308):
+            raise ValueError(f"restitution = {reprlib.repr(restitution)}: must be None or a finite number >= 0")
+        restitution = float(restitution)
+    return Options(restitution, approaching_only, invalid)
+
+
+def choose(names: Iterable[str], form: str | None, columns: Mapping[str, str] | None, options: Options) -> Columns:
     """The form that is asked for, or else the one whose columns are all there.
 
     `columns` gives the names of columns that are not called as the arguments and results are.
     """
     names, called = list(names), dict(columns or {})
-    if form is not None and form not in FORMS:
+    if form is not None and (not isinstance(form, str) or form not in FORMS):
         raise ValueError(f"form = {form!r}: must be None or one of {', '.join(map(repr, FORMS))}")
     among = FORMS if form is None else {form: FORMS[form]}
     known = dict.fromkeys(name for f in among.values() for name in (*f.columns, *f.outputs))
@@ -65,6 +84,8 @@ def choose(names: Iterable[str], form: str | None = None, columns: Mapping[str, 
         raise TableError(f"missing column {', '.join(missing[likely])} (of the {likely} form)")
     chosen = among[complete[0]]
     inputs = {c: called.get(c, c) for c in chosen.columns if called.get(c, c) in names}
+    if options.restitution is not None:
+        inputs.pop(_E, None)
     outputs = [called.get(u, u) for u in chosen.outputs]
     for column in inputs.values():
         if names.count(column) > 1:
@@ -81,27 +102,11 @@ def _n_own(form: str, names: Sequence[str], called: Mapping[str, str]) -> int:
     return sum(called.get(c, c) in names for c in FORMS[form].columns if c not in others)
 
 
-class Options(NamedTuple):
-    """What the batch functions take beside the columns."""
-
-    restitution: float | None  # None: the column, or 1 where there is none
-    approaching_only: bool
-    invalid: str
-
-
-def options(restitution: Any, approaching_only: bool, invalid: str) -> Options:
-    """With the first checked; the others are when they are used."""
-    is_number = isinstance(restitution, int | float) and not isinstance(restitution, bool)
-    if restitution is not None and not (is_number and 0.0 <= restitution < math.inf):
-        raise ValueError(f"restitution = {restitution!r}: must be None or a finite number >= 0")
-    return Options(restitution, approaching_only, invalid)
-
-
 def resolve(
     columns: Columns, arrays: Mapping[str, Array], options: Options
 ) -> tuple[tuple[Any, ...], Sequence[Array], InvalidPairError | None]:
     """The inputs of the form in order, the results, and what tells of invalid pairs, if there are any."""
     e = options.restitution
-    given = {_E: 1.0, **arrays} if e is None else {**arrays, _E: float(e)}
+    given = {_E: 1.0 if e is None else e, **arrays}
     inputs = tuple(given[c] for c in columns.form.columns)
     return inputs, *_arrays.attempt(columns.form, inputs, options.approaching_only, options.invalid, None)

@@ -53,12 +53,12 @@ def resolve(
     """
     if not isinstance(data, pa.RecordBatch | pa.Table):
         raise TypeError(f"data is of type {type(data).__name__}: must be a pyarrow RecordBatch or Table")
-    chosen = _tables.choose(data.schema.names, form, columns)
     options = _tables.options(restitution, approaching_only, invalid)
+    chosen = _tables.choose(data.schema.names, form, columns, options)
     batches = data.to_batches() if isinstance(data, pa.Table) else [data]
     results: list[list[Any]] = [[] for _ in chosen.outputs]
     start, errors = 0, []
-    for batch in batches or [data.schema.empty_table()]:
+    for batch in batches or [no_rows(data.schema, chosen)]:
         arrays = to_numpy(batch, chosen, start)
         _, outputs, error = _tables.resolve(chosen, arrays, options)
         for pieces, u in zip(results, outputs, strict=True):
@@ -71,6 +71,11 @@ def resolve(
     for name, pieces in zip(chosen.outputs, results, strict=True):
         data = data.append_column(name, pa.chunked_array(pieces) if isinstance(data, pa.Table) else pieces[0])
     return data
+
+
+def no_rows(schema: Any, columns: _tables.Columns) -> Any:
+    """A table of the columns that collide. Of others, pyarrow cannot make an empty one of every type."""
+    return pa.schema([schema.field(name) for name in columns.inputs.values()]).empty_table()
 
 
 def to_numpy(batch: Any, columns: _tables.Columns, start: int) -> dict[str, Array]:
