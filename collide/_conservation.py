@@ -56,9 +56,10 @@ def _sizes(momentum: Any, energy: Any, m1: Any, m2: Any, v1: Any, v2: Any) -> An
 @formula
 def _worth(m1: Any, m2: Any, before: Any, after: Any) -> Any:
     """More than all energies of the pair; infinite beside an immovable ball, NaN where a velocity is."""
-    worth = 0.0 * m1
+    m, worth = abs(m1) + abs(m2), 0.0 * m1
     for c in range(len(before)):
-        worth = worth + (m1 + m2) * (before[c] * before[c] + after[c] * after[c])
+        v, u = abs(before[c]), abs(after[c])
+        worth = worth + (m * v * v + m * u * u)
     return worth
 
 
@@ -76,9 +77,10 @@ def _changes(collide: Any, columns: Any, outputs: Any, scalars: Any, sums: Any) 
         values = load(columns, scalars, k, n, usual)
         before, _, _, _, _ = collide(*values)
         after = load(outputs, scalars, k, n, True)
-        counted = leading(_worth(values[0], values[1], before, after) < _MOST, n)
+        m1, m2 = values[0], values[1]
+        counted = leading((_worth(m1, m2, before, after) < _MOST) & (m1 >= 0.0) & (m2 >= 0.0), n)
         n_counted += count(counted)
-        m1, m2 = select_each(counted, (values[0], values[1]), (zero, zero))
+        m1, m2 = select_each(counted, (m1, m2), (zero, zero))
         v, u = select_each(counted, before, nothing), select_each(counted, after, nothing)
         second = len(v) // 2  # ball 2's first component
         x, energy = _axis(x, energy, m1, m2, v[0], v[second], u[0], u[second])
@@ -128,7 +130,8 @@ _KERNELS = {
 class Conservation:
     """The relative change of total momentum and energy over any number of batches.
 
-    Pairs with an immovable ball, with a velocity that is not finite, or with an energy beyond 1e290 are not counted.
+    Pairs with an immovable ball or a negative mass, with a velocity that is not finite, or with an energy beyond 1e290
+    are not counted.
     """
 
     def __init__(self) -> None:

@@ -22,6 +22,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+import dask
 import dask.array as da
 import numpy as np
 
@@ -139,25 +140,26 @@ def _lazily(form: str, inputs: Sequence[Any], approaching_only: Any, invalid: An
     """The outputs: slices of one array of them all, each of whose chunks is a task."""
     columns, outputs = _FORMS[form].columns, _FORMS[form].outputs
     values = dict(zip(columns, inputs, strict=True))
-    arrays = {name: da.asarray(v) for name, v in values.items() if isinstance(v, da.Array) or np.ndim(v)}
+    arrays = {name: array for name, value in values.items() if (array := _array(name, value)) is not None}
     for name, array in arrays.items():
         if any(math.isnan(size) for sizes in array.chunks for size in sizes):
             raise ValueError(f"{name} has chunks of unknown sizes: call its compute_chunk_sizes() first")
-    if not arrays:
-        arrays = {columns[0]: da.asarray(inputs[0])}
     _arrays.broadcast_shape(list(arrays), list(arrays.values()))  # or an error that names them
     none = {**values, **{name: np.empty(0, array.dtype) for name, array in arrays.items()}}
     like, _ = _arrays.attempt(_FORMS[form], tuple(none.values()), approaching_only, invalid, None)
     dtype = like[0].dtype
+    if not arrays:
+        arrays = {columns[0]: da.asarray(dtype.type(inputs[0]))}
     values.update(zip(arrays, da.broadcast_arrays(*arrays.values()), strict=True))
     chunks = values[next(iter(arrays))].chunks
     stacked = da.map_blocks(
         _resolve_chunk,
         *values.values(),
         form=form,
+        dtypes=[arrays[name].dtype.str if name in arrays else None for name in columns],
         result=dtype.str,
         options=(approaching_only, invalid),
-        starts=[[0, *itertools.accumulate(sizes)] for sizes in chunks],
+        starts=[_starts(sizes) for sizes in chunks],
         new_axis=0,
         chunks=((len(outputs),), *chunks),
         dtype=dtype,
@@ -166,13 +168,37 @@ def _lazily(form: str, inputs: Sequence[Any], approaching_only: Any, invalid: An
     return [stacked[k] for k in range(len(outputs))]
 
 
+def _array(name: str, value: Any) -> Any:
+    """A Dask array, or None for a number."""
+    if not dask.is_dask_collection(value):
+        value = _arrays.as_array(name, value)
+        return da.asarray(value) if value.ndim else None
+    array = da.asarray(value)
+    _arrays.as_array(name, array._meta)
+    return array
+
+
+def _starts(sizes: tuple[int, ...]) -> Sequence[int]:
+    """Where the chunks of an axis begin: in few bytes where they are even, as each task has it."""
+    even = len(set(sizes[:-1])) <= 1 and 0 < sizes[0] >= sizes[-1]
+    return range(0, sum(sizes), sizes[0]) if even else [0, *itertools.accumulate(sizes)]
+
+
 def _resolve_chunk(
-    *blocks: Any, form: str, result: str, options: tuple[Any, Any], starts: list[list[int]], block_id: tuple[int, ...]
+    *blocks: Any,
+    form: str,
+    dtypes: list[str | None],
+    result: str,
+    options: tuple[Any, Any],
+    starts: list[Sequence[int]],
+    block_id: tuple[int, ...],
 ) -> Any:
     """The outputs of a chunk, as one array."""
-    stacked = np.empty((len(_FORMS[form].outputs), *np.broadcast_shapes(*map(np.shape, blocks))), result)
+    # A block may have another dtype than its array says.
+    inputs = tuple(b if kind is None else np.asarray(b, kind) for b, kind in zip(blocks, dtypes, strict=True))
+    stacked = np.empty((len(_FORMS[form].outputs), *np.broadcast_shapes(*map(np.shape, inputs))), result)
     with _threads.alone():
-        _, error = _arrays.attempt(_FORMS[form], blocks, *options, tuple(stacked[k, ...] for k in range(len(stacked))))
+        _, error = _arrays.attempt(_FORMS[form], inputs, *options, tuple(stacked[k, ...] for k in range(len(stacked))))
     if error and options[1] == "raise":
         index = (start[b] + i for start, b, i in zip(starts, block_id[1:], error.index, strict=True))
         raise InvalidPairError(tuple(index), error.count, error.reason)

@@ -119,7 +119,8 @@ def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
     for d = (dx, dy) = x2-x1, w = (dvx, dvy) = v2-v1 and R = distance = r1+r2 >= 0, in any consistent set of units.
     0 if they touch or overlap and approach, inf if d.w >= 0, apart or not. An exact graze counts as touching, where
     twice the precision holds R^2 w^2 and (d x w)^2; of those that need more digits about one in twenty is taken for a
-    miss. Where R is below 1e-140 |d|, squares underflow, and plain Python may decide a graze otherwise than a kernel.
+    miss. Where R is below 1e-140 |d|, or d.w below 1e-290 |d||w|, products underflow, and plain Python may decide a
+    graze otherwise than a kernel.
 
     The root of |d + w t| = R that does not cancel, from sums of products in twice the precision: t is good to a few
     units in the last place, far away and close by, up to 1e150 diameters away. In a near graze it is as good as the

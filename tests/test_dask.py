@@ -135,6 +135,9 @@ WRONG = {
     "shapes": (ValueError, {"m2": da.ones(7)}, "do not broadcast together: m1 (8,), m2 (7,)"),
     "complex": (TypeError, {"v1": ONES + 1j}, "v1: the dtype complex128 is not supported"),
     "text": (TypeError, {"v1": "fast"}, "v1: the dtype <U4 is not supported"),
+    "masked": (TypeError, {"v1": np.ma.masked_array([1.0] * 8)}, "v1: masked arrays are not supported"),
+    "masked chunks": (TypeError, {"v1": da.ma.masked_array(ONES, ONES > 2)}, "v1: masked arrays are not supported"),
+    "ragged": (TypeError, {"v1": [[1], [1, 2]]}, "v1 = [[1], [1, 2]]: must be an array of numbers"),
     "none": (TypeError, {"v1": None}, "v1: the dtype object is not supported"),
     "invalid": (ValueError, {"invalid": "ignore"}, "invalid = 'ignore'"),
     "approaching_only": (TypeError, {"approaching_only": 1}, "approaching_only = 1"),
@@ -160,6 +163,59 @@ def test_on_threads_no_more_run_than_dask_has(calls, keep_threads):
     assert collide._threads._pool is pool  # and no thread of collide's was even made
     collide.resolve_1d(*(np.ones(1_000_000),) * 4)
     assert collide._threads._pool is not None
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_options(name):
+    columns = [c[:500].copy() for c in CALLS[name]]
+    columns[0][[3, 4]] = np.nan
+    lazy = [da.from_array(c, chunks=77) for c in columns]
+    cases = [{"invalid": "nan"}]
+    if name != "time_of_impact":
+        e = RNG.uniform(0.0, 1.0, 500)
+        cases += [{"approaching_only": True}, {"restitution": 0.5}, {"restitution": e}]
+    for options in cases:
+        given = {k: da.from_array(v, chunks=77) if np.ndim(v) else v for k, v in options.items()}
+        options, given = ({"invalid": "nan", **case} for case in (options, given))
+        expected = several(getattr(collide, name)(*columns, **options))
+        for u, right in zip(several(getattr(collide.dask, name)(*lazy, **given)), expected, strict=True):
+            np.testing.assert_array_equal(u.compute(), right)
+    with pytest.raises(collide.InvalidPairError) as raised:
+        dask.compute(*several(getattr(collide.dask, name)(*lazy)))
+    assert (raised.value.index, raised.value.count) == ((3,), 2)
+
+
+def test_numbers_only_have_the_dtype_of_the_batch_function():
+    f4 = np.float32
+    assert (
+        collide.dask.resolve_1d(1.0, f4(1), f4(3), f4(0)).u1.dtype
+        == collide.resolve_1d(1.0, f4(1), f4(3), f4(0)).u1.dtype
+    )
+    assert collide.dask.resolve_1d(10**30, 1.0, 3.0, 0.0).u1.compute() == 3.0
+
+
+def test_nothing_is_computed_while_the_graph_is_built():
+    computed = []
+    zero = da.from_delayed(dask.delayed(lambda: computed.append(1) or np.float64(1.0))(), (), float)
+    u = collide.dask.resolve_1d(xr.DataArray(zero), 1.0, da.ones(3), 0.0).u2
+    assert computed == []
+    np.testing.assert_array_equal(u.compute(), 1.0)
+
+
+def test_blocks_of_another_dtype_than_their_array():
+    x = da.ones(8, chunks=3, dtype="f4").map_blocks(lambda b: b.astype("f8"), dtype="f4")
+    u = collide.dask.resolve_1d(x, 1.0, 2.0, 0.0).u1
+    assert u.dtype == u.compute().dtype == np.float32
+
+
+@pytest.mark.parametrize(
+    ("sizes", "kind"),
+    [((3, 3, 2), range), ((3,), range), ((3, 3, 4), list), ((2, 3, 2), list), ((0, 0), list), ((0,), list)],
+)
+def test_starts_of_chunks(sizes, kind):
+    starts = collide.dask._starts(sizes)
+    assert type(starts) is kind
+    assert list(starts)[: len(sizes)] == [sum(sizes[:k]) for k in range(len(sizes))]
 
 
 # On a cluster

@@ -782,6 +782,54 @@ def test_a_folder_has_the_rights_of_a_new_one(tmp_path):
     assert (tmp_path / "b").stat().st_mode & 0o777 == 0o750
 
 
+def test_single_numbers_of_a_folder_are_copied_once(tmp_path):
+    source = write(tmp_path / "a", {**LINE, "m2": np.array(2.0)})
+    assert resolve(source, tmp_path / "b") == 0
+    for name in LINE:
+        assert (tmp_path / "b" / f"{name}.npy").read_bytes() == (source / f"{name}.npy").read_bytes()
+
+
+def test_carriage_returns_in_csv(tmp_path):
+    (tmp_path / "a.csv").write_bytes(b'm1,m2,v1,v2,note\n1,1,3,0,"a\rb"\n1,1,4,0,plain\n')
+    assert resolve(tmp_path / "a.csv", tmp_path / "b.csv") == 0
+    assert (tmp_path / "b.csv").read_bytes() == b'm1,m2,v1,v2,note,u1,u2\n1,1,3,0,"a\rb",0,3\n1,1,4,0,plain,0,4\n'
+
+
+def test_a_name_that_is_given_is_meant(tmp_path, capsys):
+    source = write(tmp_path / "a.arrow", LINE)
+    assert resolve(source, tmp_path / "b.arrow", "--columns", "v1x=v1") == 1
+    assert "missing column" in capsys.readouterr().err
+
+
+def test_blocks_are_no_longer_than_row_groups(tmp_path):
+    source = write(tmp_path / "a.parquet", LINE, row_group_size=70)
+    assert resolve(source, tmp_path / "b.parquet") == 0
+    groups = pq.ParquetFile(tmp_path / "b.parquet").metadata
+    assert {groups.row_group(g).num_rows for g in range(groups.num_row_groups)} == {70, 20}
+
+
+def test_what_is_written_is_on_the_disk_before_it_has_its_name(paths, monkeypatch):
+    synced, fsync = [], os.fsync
+
+    def noting(handle):
+        synced.append(Path(f"/proc/self/fd/{handle}").readlink().name)
+        assert not paths[1].exists()
+        fsync(handle)
+
+    monkeypatch.setattr(os, "fsync", noting)
+    write(paths[0], LINE)
+    assert resolve(*paths) == 0
+    assert len(synced) == (1 + len(list(paths[1].iterdir())) if paths[1].is_dir() else 1)
+
+
+def test_a_replaced_output_keeps_its_rights(paths):
+    write(paths[0], LINE)
+    write(paths[1], {"old": LINE["m1"]})
+    paths[1].chmod(0o750)
+    assert resolve(*paths) == 0
+    assert paths[1].stat().st_mode & 0o777 == 0o750
+
+
 # Memory and overlap
 
 
@@ -829,7 +877,7 @@ def test_items_are_made_ahead_in_order_in_one_thread():
     taken = []
     for item in _stream.ahead(items()):
         time.sleep(0.02)
-        assert len(made) > item + 1 or item >= 8
+        assert item + 1 < len(made) <= item + 4 or item >= 8  # not all of them, which would not fit
         taken.append(item)
     assert taken == list(range(10))
     assert threads.isdisjoint({threading.get_ident()})

@@ -272,3 +272,19 @@ def test_restitution_may_lie_where_the_impulses_go():
     collide.resolve_contacts(*args, 3.0 - x, np.zeros(4), restitution=memory[:3].copy(), impulse=want)
     collide.resolve_contacts(*args, 3.0 - x, np.zeros(4), restitution=memory[:3], impulse=memory[1:])
     np.testing.assert_array_equal(memory[1:], want)
+
+
+def test_a_closing_speed_that_is_no_number_is_no_parting():
+    """inf - inf: neither approaching nor not, and so invalid."""
+    vx, vy = np.array([1.7e308, -1.7e308]), np.array([-1.7e308, 1.7e308])
+    with pytest.raises(collide.InvalidPairError):
+        collide.resolve_contacts([0], [1], 1.0, [0.0, 1.0], [0.0, 1.0], vx, vy)
+
+
+def test_a_box_smaller_than_one():
+    """The nearest image, askew: n is not along an axis."""
+    x, y = np.array([0.05, 0.45]), np.array([0.05, 0.43])
+    vx, vy = np.array([-1.0, 0.0]), np.array([0.0, 0.0])
+    assert collide.resolve_contacts([0], [1], 1.0, x, y, vx, vy, box=(0.5, 0.5)) == 1
+    u = collide.resolve_2d(1.0, 1.0, -1.0, 0.0, 0.0, 0.0, -0.1, -0.12)
+    np.testing.assert_allclose([vx[0], vy[0], vx[1], vy[1]], u, rtol=1e-13, atol=1e-15)
