@@ -1,4 +1,4 @@
-"""Tables for the tests of files and of Arrow: columns by name, for each form."""
+"""What the tests of files, of the command line and of Arrow share: a table for each form, and how a fault is said."""
 
 import numpy as np
 
@@ -20,3 +20,13 @@ FORMS = {
     "cartesian": (PLANE, collide.resolve_2d),
     "polar": (POLAR, collide.resolve_polar),
 }
+
+
+def assert_one_line(capsys, *words):
+    """The command line said one line, which holds these words, and nothing else."""
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert len(captured.err.splitlines()) == 1, captured.err
+    assert captured.err.startswith("collide: ")
+    for word in words:
+        assert str(word) in captured.err

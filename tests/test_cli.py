@@ -11,26 +11,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tables
 
 import collide
 from collide import _demo
 from collide.__main__ import main
 
-RNG = np.random.default_rng(0)
-
-
-def random_columns(*names, n=100):
-    return {name: RNG.uniform(0.5, 2.0, n) for name in names}
-
-
-LINE = random_columns("m1", "m2", "v1", "v2")
-CARTESIAN = random_columns("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny")
-POLAR = random_columns("m1", "m2", "v1", "theta1", "v2", "theta2", "phi")
+N = 100
 FORMS = {
-    "1d": (LINE, collide.resolve_1d),
-    "cartesian": (CARTESIAN, collide.resolve_2d),
-    "polar": (POLAR, collide.resolve_polar),
+    form: ({name: column[:N] for name, column in columns.items()}, function)
+    for form, (columns, function) in tables.FORMS.items()
 }
+LINE, CARTESIAN, POLAR = (columns for columns, _ in FORMS.values())
 
 
 @pytest.fixture(autouse=True)
@@ -94,12 +86,7 @@ def assert_resolved(columns, target, expected):
 
 def assert_refused(capsys, target, *words):
     """One line that holds these words, no output, nothing left behind."""
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert len(captured.err.splitlines()) == 1, captured.err
-    assert captured.err.startswith("collide: ")
-    for word in words:
-        assert str(word) in captured.err
+    tables.assert_one_line(capsys, *words)
     assert list(target.parent.iterdir()) == []
 
 
@@ -170,7 +157,7 @@ def test_compressed_input(source, target):
 @pytest.mark.parametrize("form", FORMS)
 def test_restitution_column_is_used(form, source, target):
     columns, function = FORMS[form]
-    columns = {"restitution": RNG.uniform(0.0, 1.0, 100), **columns}
+    columns = {"restitution": tables.RNG.uniform(0.0, 1.0, N), **columns}
     write(source, columns)
     assert resolve(source, target) == 0
     assert_resolved(columns, target, function(**columns))

@@ -22,7 +22,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 import pytest
-from tables import FORMS, LINE, PLANE, POLAR, RNG, N
+from tables import FORMS, LINE, PLANE, POLAR, RNG, N, assert_one_line
 
 import collide
 from collide import _arrow_files, _numpy_files, _stream
@@ -88,12 +88,7 @@ def resolve(source, target, *options):
 
 
 def assert_refused(capsys, target, *words):
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert len(captured.err.splitlines()) == 1, captured.err
-    assert captured.err.startswith("collide: ")
-    for word in words:
-        assert str(word) in captured.err
+    assert_one_line(capsys, *words)
     assert not list(target.parent.glob(".*"))  # nothing is left behind
     assert not target.exists()
 
