@@ -319,6 +319,19 @@ def test_damaged_column_is_refused(source, target, capsys):
     assert_refused(capsys, target, source, "column v1")
 
 
+def test_damaged_compression_is_refused(source, target, capsys):
+    np.savez_compressed(source, **LINE)
+    with zipfile.ZipFile(source) as archive:
+        member = archive.getinfo("m1.npy")
+    content = bytearray(source.read_bytes())
+    head = member.header_offset
+    name, extra = (int.from_bytes(content[head + at : head + at + 2], "little") for at in (26, 28))
+    content[head + 30 + name + extra] |= 0b110  # a kind of block that deflate does not have
+    source.write_bytes(content)
+    assert resolve(source, target) == 1
+    assert_refused(capsys, target, source, "column m1")
+
+
 # In the central directory: 8 bytes in stand the flags, 10 bytes in the compression method.
 @pytest.mark.parametrize(("offset", "value"), [(8, 1), (10, 99)], ids=["encrypted", "unknown compression"])
 def test_unreadable_zip_member_is_refused(offset, value, source, target, capsys):
@@ -360,7 +373,7 @@ def test_invalid_pair_is_refused_with_its_row(source, target, capsys):
 def test_several_invalid_pairs_are_counted(source, target, capsys):
     write(source, INVALID | {"v1": np.where(np.arange(100) > 97, np.nan, LINE["v1"])})
     assert resolve(source, target, "--invalid", "raise") == 1
-    assert_refused(capsys, target, source, "row 42", "m2 = -1.0", "3 invalid pairs")
+    assert_refused(capsys, target, source, "row 42", "m2 = -1.0", "3 invalid pairs up to row 99")
 
 
 def test_existing_output_survives_an_error(source, target):
