@@ -6,6 +6,8 @@
 
 from __future__ import annotations
 
+import _thread
+import atexit
 import contextlib
 import hashlib
 import importlib.metadata
@@ -13,17 +15,22 @@ import os
 import pickle
 import sys
 import tempfile
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+import numpy as np
+from numba import types
 from numba.core import config
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.serialize import dumps
 from numba.extending import overload, register_jitable
+
+from . import _locks
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -76,23 +83,89 @@ class Kernel:
 
     @property
     def compiled(self) -> Callable[..., Any]:
-        return self._compiled or self._compile()
+        return self._compiled or self._made()
 
-    def _compile(self) -> Callable[..., Any]:
+    def _made(self) -> Callable[..., Any]:
+        """The kernel, made by a thread of its own.
+
+        An interrupt in the middle of Numba or LLVM can leave either unusable, and Python delivers interrupts to the
+        main thread only. The caller's wait may be interrupted; the thread goes on, and the next call waits again.
+        """
         if config.DISABLE_JIT:
             raise RuntimeError(
                 "the batch functions of collide need Numba's compiler, and NUMBA_DISABLE_JIT is set; "
                 "the formulas of collide.scalar work without it"
             )
+        # A finalizer may call while its own thread compiles, and holds the lock that the other thread would wait for.
+        if global_compiler_lock.is_locked() or not self._make_elsewhere():
+            self._make()
+        assert self._compiled is not None
+        return self._compiled
+
+    def _make_elsewhere(self) -> bool:
+        """Whether a thread could be had for it, which has made the kernel by then, or raised what is raised here."""
+        if 0 < threading.stack_size() < _STACK:
+            return False
+        done, errors, lock = _thread.allocate_lock(), [], _locks.take()
+        done.acquire()
+        _locks.acquire_at_once(lock)
+
+        def work() -> None:
+            try:
+                self._make()
+            except BaseException as error:
+                errors.append(error)
+            finally:
+                done.release()
+                _locks.release(lock)
+
+        _makers.append(lock)
+        try:
+            _thread.start_new_thread(work, ())
+        except RuntimeError:  # out of threads, or the interpreter is closing
+            _locks.release(lock)
+            return False
+        done.acquire()
+        if errors:
+            raise errors[0]
+        return True
+
+    def _make(self) -> None:
         with global_compiler_lock:  # and no other lock: see the fork below
             if self._compiled is None:
                 dispatcher = numba.njit(**_UNCOUNTED, nogil=True)(self._function)
                 dispatcher._cache = _DiskCache(self._name)
                 dispatcher.compile(self._signature)
                 dispatcher.disable_compile()
+                _introduce(dispatcher, self._signature)
                 self._compiled = dispatcher
-            return self._compiled
 
+
+def _introduce(dispatcher: Any, signature: Any) -> None:
+    """Shows a dispatcher arguments of its types, writable and not.
+
+    When it meets a type for the first time it asks Python what it is and what it converts to, and takes an interrupt
+    that comes just then for a type that has no kernel. So all are met here, in calls that one None keeps from running.
+    """
+    for writable in (True, False):
+        arguments: list[Any] = []
+        for kind in signature.args:
+            if isinstance(kind, types.Array):
+                arguments.append(np.empty((0,) * kind.ndim, numba.np.numpy_support.as_dtype(kind.dtype)))
+                arguments[-1].flags.writeable = writable
+            else:
+                arguments.append(False if kind == types.boolean else 0.0 if kind == types.float64 else 0)
+        dispatcher._search_new_conversions(*arguments)
+        arguments[0 if writable else -1] = None
+        with contextlib.suppress(TypeError):
+            dispatcher(*arguments)
+
+
+_STACK = 1 << 23  # bytes that Numba and LLVM may need; a program may have asked for smaller threads
+_makers: list[_locks.Lock] = []  # of the threads that have made kernels, each held until it is done
+# The interpreter must not go from under the compiler, however often it is told to. Registered after Numba's own, this
+# comes first.
+atexit.register(_locks.waiting(_makers))
 
 if hasattr(os, "register_at_fork"):
     # A child forked in the middle of a compilation would wait for a thread that it does not have. So the fork waits.
@@ -101,6 +174,7 @@ if hasattr(os, "register_at_fork"):
         after_in_parent=global_compiler_lock.release,
         after_in_child=global_compiler_lock.release,
     )
+    os.register_at_fork(after_in_child=_makers.clear)
 
 
 class _DiskCache(NullCache):  # type: ignore[misc]

@@ -1,8 +1,8 @@
 """One range of pairs, split over a pool of threads.
 
 Kernels run without the GIL, so plain threads do, and have none of the faults of Numba's layers: `workqueue` aborts on
-concurrent calls, `omp` kills a forked child. The caller takes a share, and takes over every share that has not started
-when its own is done: a busy, forked or closing pool makes a call slower, never stuck.
+concurrent calls, `omp` kills a forked child. The caller works too, and takes over every share that nobody has begun:
+where the workers are busy, or there are none to be had, a call is slower, never stuck.
 """
 
 from __future__ import annotations
@@ -14,12 +14,15 @@ import math
 import operator
 import os
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, Generic, TypeVar
 
 import numpy as np
+
+from . import _locks
 
 Result = TypeVar("Result")
 
@@ -28,13 +31,15 @@ Result = TypeVar("Result")
 # GIL again, which beside a busy thread of pure Python can take 5 ms: not too many.
 _PAIRS_A_SHARE = 1 << 15
 _SHARES_A_THREAD = 4
+# Invitations that may wait for workers; those to calls that have ended are empty.
+_UNREAD = 256
 # Shares begin at multiples of this, so that all of them start on a cache line if the first does.
 _GRAIN = 64
 
-_lock = threading.Lock()
 _local = threading.local()
 _num_threads: int | None = None
-_pool: _Pool | None = None
+_workers: list[object] = []
+_invitations: SimpleQueue[_Invitation | None] = SimpleQueue()  # None: to look around
 
 
 def get_num_threads() -> int:
@@ -62,7 +67,7 @@ def set_num_threads(n: int) -> None:
     >>> collide.get_num_threads()
     2
     """
-    global _num_threads, _pool
+    global _num_threads
     if isinstance(n, bool | np.bool_):
         raise TypeError(f"n = {n!r}: the number of threads must be an integer")
     try:
@@ -71,11 +76,9 @@ def set_num_threads(n: int) -> None:
         raise TypeError(f"n = {n!r}: the number of threads must be an integer") from None
     if n < 1:
         raise ValueError(f"n = {n}: the number of threads must be at least 1")
-    with _lock:
-        _num_threads = n
-        if _pool is not None:
-            _pool.close()
-            _pool = None
+    _num_threads = n
+    for _ in range(len(_workers) - (n - 1)):
+        _invitations.put(None)
 
 
 def is_shared(n: int) -> bool:
@@ -105,93 +108,110 @@ def run(task: Callable[[int, int], Result], n: int, grain: int = _GRAIN, work: i
     count = min(n * work // _PAIRS_A_SHARE, _SHARES_A_THREAD * threads)
     cuts = [n * i // count // grain * grain for i in range(count)] + [n]
     shares = [_Share(task, start, stop) for start, stop in itertools.pairwise(cuts)]
-    me = object()
+    todo = deque(shares)
+    invitations = [_Invitation(todo) for _ in range(min(threads, count) - 1)]
+    # However often the call is interrupted, no thread may go on writing into its arrays when it has ended. Each of
+    # these is one step, and the interpreter looks for interrupts after a step: so it comes to both, from wherever.
+    withdraw, wait = todo.clear, _locks.waiting([i.lock for i in invitations])
     try:
-        for _ in range(min(threads, count) - 1):
-            _offer(shares[::-1])  # from the other end, so that each thread's shares adjoin
-        for share in shares:
-            if share.claim(me):
-                share.result = task(*share.range)
-        for share in shares:
-            if not share.claim(me):
-                share.wait()
+        try:
+            _invite(invitations)
+            while share := _next(todo.popleft):
+                share.work()
+        finally:
+            withdraw()
     finally:
-        # Also when interrupted, here or above: no thread may go on writing into the arrays of a call that has ended.
-        for share in shares:
-            if not share.claim(me):
-                share.wait()
+        wait()
+        for invitation in invitations:
+            invitation.leave()
     for share in shares:
         if share.error is not None:
             raise share.error
     return [share.result for share in shares]  # type: ignore[misc]
 
 
-# An interrupt may come between any two steps of the interpreter. What a thread could wait for therefore consists of
-# primitives written in C: threading.Event, Condition and the pool of concurrent.futures can be left locked for ever.
-
-
 class _Share(Generic[Result]):
-    """A part of the range. It runs once, by whoever claims it first: a worker or the caller."""
+    """A part of the range, for whoever takes it from the list of what is to do."""
 
     def __init__(self, task: Callable[[int, int], Result], start: int, stop: int) -> None:
         self.task, self.range = task, (start, stop)
         self.result: Result | None = None
         self.error: BaseException | None = None
-        self._owner: dict[str, object] = {}
-        self._running = _thread.allocate_lock()
-        self._running.acquire()
-
-    def claim(self, who: object) -> bool:
-        """Whether it belongs to them, by this claim or an earlier one."""
-        return self._owner.setdefault("", who) is who
 
     def work(self) -> None:
-        """What a worker does with it."""
-        if self.claim(object()):
+        self.result = self.task(*self.range)
+
+
+def _next(take: Callable[[], _Share[Result]]) -> _Share[Result] | None:
+    """A share that nobody else will work on; None where all are taken."""
+    try:
+        return take()
+    except IndexError:
+        return None
+
+
+# An interrupt, a signal handler that calls and a finalizer that calls may come between any two steps. So nothing here
+# is guarded by a lock, which they could leave taken or find taken by their own thread: there are only steps that are
+# whole, of lists, of deques and of queues, and any order of them does.
+
+
+class _Invitation:
+    """To one worker, to help with what is to do.
+
+    It has a lock, which the caller takes at the end of its call, after a wait for the worker: who has it may take
+    shares, and nobody else. A worker may come when all is over, and find it taken; so no other call gets it before both
+    have left.
+    """
+
+    def __init__(self, todo: deque[_Share[Any]]) -> None:
+        self._todo, self.lock = todo, _locks.take()
+        self._other = [None]  # who is still to leave
+
+    def accept(self) -> None:
+        """What the worker does: from the other end, so that each thread's shares adjoin."""
+        if _locks.acquire_at_once(self.lock):
             try:
-                self.result = self.task(*self.range)
-            except BaseException as error:
-                self.error = error
-            self._running.release()
+                while share := _next(self._todo.pop):
+                    try:
+                        share.work()
+                    except BaseException as error:
+                        share.error = error
+            finally:
+                _locks.release(self.lock)
+        self.leave()
 
-    def wait(self) -> None:
-        """Until the worker that has claimed it is done."""
-        with self._running:
-            pass
-
-
-class _Pool:
-    """Daemon threads that take lists of shares from a queue, and of those what is not claimed."""
-
-    def __init__(self, size: int) -> None:
-        self._size, self._missing = size, size
-        self._queue: SimpleQueue[list[_Share[Any]] | None] = SimpleQueue()
-
-    def offer(self, shares: list[_Share[Any]]) -> None:
-        with contextlib.suppress(RuntimeError):  # out of threads, or the interpreter is closing: the caller does it all
-            while self._missing:
-                _thread.start_new_thread(self._work, ())
-                self._missing -= 1
-        self._queue.put(shares)
-
-    def _work(self) -> None:
-        while (shares := self._queue.get()) is not None:
-            for share in shares:
-                share.work()
-            del shares, share  # and with them the arrays
-
-    def close(self) -> None:
-        """Lets the threads go when the queue is done."""
-        for _ in range(self._size):
-            self._queue.put(None)
+    def leave(self) -> None:
+        """The caller leaves, and the worker or whoever found that there is none."""
+        try:
+            self._other.pop()
+        except IndexError:
+            _locks.give_back(self.lock)
 
 
-def _offer(shares: list[_Share[Any]]) -> None:
-    global _pool
-    with _lock:
-        if _pool is None:
-            _pool = _Pool(max(1, get_num_threads() - 1))
-        _pool.offer(shares)
+def _invite(invitations: list[_Invitation]) -> None:
+    with contextlib.suppress(RuntimeError):  # out of threads, or the interpreter is closing: the caller does it all
+        for _ in range(len(invitations) - len(_workers)):
+            _thread.start_new_thread(_serve, ())
+    for invitation in invitations:
+        # Where nobody has come for so many others, nobody will soon.
+        if _invitations.qsize() < _UNREAD + len(invitations):
+            _invitations.put(invitation)
+        else:
+            invitation.leave()
+
+
+def _serve() -> None:
+    """The life of a worker."""
+    coming, me = _invitations, object()
+    _workers.append(me)
+    try:
+        # There may be too many: of several calls that start workers at once, each starts all that are missing.
+        while _workers.index(me) < get_num_threads() - 1:
+            if invitation := coming.get():
+                invitation.accept()
+            del invitation  # and with it the arrays
+    finally:
+        _workers.remove(me)
 
 
 def _default_num_threads() -> int:
@@ -218,9 +238,10 @@ def _quota() -> int:
 
 
 def _after_fork() -> None:
-    """A forked child has none of the pool's threads, and a lock that another thread may have held."""
-    global _lock, _pool
-    _lock, _pool = threading.Lock(), None
+    """A forked child has none of the workers, and a queue that another thread may have been changing."""
+    global _workers, _invitations
+    _workers, _invitations = [], SimpleQueue()
+    _locks.after_fork()
 
 
 if hasattr(os, "register_at_fork"):

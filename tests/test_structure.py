@@ -13,6 +13,7 @@ import collide
 PACKAGE = Path(collide.__file__).parent
 # Each module imports from earlier lines only.
 ORDER = [
+    ["_locks"],
     ["_jit"],
     ["_lanes"],
     ["_elementwise", "_memory"],
