@@ -1,7 +1,7 @@
 """The command line: `collide resolve` for files, `collide demo` to see what this machine does.
 
-Exit status 2: the command line is at fault; 1: the data; 130: interrupted. Either way no output file, and one line on
-standard error (argparse puts its usage before that).
+Exit status 2: the command line is at fault; 1: the data, or what is written; 130: interrupted. Either way there is no
+new output, and one line on standard error (argparse puts its usage before that).
 """
 
 from __future__ import annotations
@@ -10,22 +10,23 @@ import argparse
 import contextlib
 import importlib.util
 import os
+import re
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from . import _numpy_files, _stream, _tables
+from . import _numpy_files, _output, _stream, _tables
 
-# By the names of the classes in _arrow_files, which needs pyarrow.
+# By the modules and the names of classes: pyarrow is imported where it is needed.
 _SUFFIXES = {
-    ".npz": "Archive",
-    ".parquet": "Parquet",
-    ".arrow": "Ipc",
-    ".arrows": "IpcStream",
-    ".feather": "Ipc",
-    ".csv": "Csv",
+    ".npz": "_numpy_files.Archive",
+    ".parquet": "_arrow_files.Parquet",
+    ".arrow": "_ipc_files.Ipc",
+    ".arrows": "_ipc_files.IpcStream",
+    ".feather": "_ipc_files.Ipc",
+    ".csv": "_csv_files.Csv",
 }
 _KNOWN = f"a folder of .npy files, or one of {', '.join(_SUFFIXES)}"
 
@@ -35,19 +36,10 @@ class UsageError(Exception):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    options = _parser().parse_args(arguments)
-    # A termination, too, has to remove the temporary file, and so has a terminal that is closed.
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        if signal.getsignal(number) == signal.SIG_DFL:
-            with contextlib.suppress(ValueError):  # not the main thread
-                signal.signal(number, lambda number, _: sys.exit(128 + number))
     try:
-        if options.command == "demo":
-            from . import _demo
-
-            _demo.main()
-        else:
-            resolve(options)
+        options = _parser().parse_args(arguments)
+        with _ending():
+            options.run(options)
     except UsageError as error:
         return _fail(error, 2)
     except _tables.TableError as error:
@@ -61,15 +53,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+@contextlib.contextmanager
+def _ending() -> Iterator[None]:
+    """Where a termination, too, removes the temporary file, and a terminal that is closed."""
+    before = {}
+    try:
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) == signal.SIG_DFL:
+                with contextlib.suppress(ValueError):  # not the main thread
+                    before[number] = signal.signal(number, lambda number, _: sys.exit(128 + number))
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
 def _fail(message: object, status: int) -> int:
-    print(f"collide: {' '.join(str(message).splitlines())}", file=sys.stderr)
+    """In one line. Bytes of a name that are no text stand in it as \\xe9."""
+    line = re.sub("[\udc80-\udcff]", lambda byte: f"\\x{ord(byte[0]) - 0xDC00:x}", " ".join(str(message).splitlines()))
+    print(f"collide: {line}", file=sys.stderr)
     return status
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="collide", description="Elastic collisions of two balls, millions at once.")
     commands = parser.add_subparsers(dest="command", required=True)
-    commands.add_parser("demo", help="time ten million random pairs on this machine")
+    demo = commands.add_parser("demo", help="time ten million random pairs on this machine")
+    demo.set_defaults(run=_demonstrate, input="demo", output="demo")
     columns = "; ".join(f"{name}: {' '.join(form.columns[:-1])}" for name, form in _tables.FORMS.items())
     one = commands.add_parser(
         "resolve",
@@ -78,8 +88,10 @@ def _parser() -> argparse.ArgumentParser:
         f"{_KNOWN}; OUTPUT is the same. All but .npz may be larger than memory.",
         epilog=f"The names of the columns choose the form. {columns}. A column restitution is optional.",
     )
+    one.set_defaults(run=resolve)
     one.add_argument("input", metavar="INPUT", type=Path)
     one.add_argument("-o", "--output", metavar="OUTPUT", type=Path, required=True)
+    one.add_argument("--overwrite", action="store_true", help="replace OUTPUT if it is there")
     one.add_argument("--form", choices=tuple(_tables.FORMS), help="default: the one whose columns are there")
     one.add_argument(
         "--columns",
@@ -103,20 +115,31 @@ def _names(text: str) -> dict[str, str]:
     return {name: column for name, _, column in pairs}
 
 
+def _demonstrate(options: argparse.Namespace) -> None:
+    from . import _demo
+
+    try:
+        _demo.main()
+        sys.stdout.flush()
+    except OSError:
+        _give_up_output()
+        raise
+
+
 def resolve(options: argparse.Namespace) -> None:
     """Resolves the pairs of one file into another, which appears whole or not at all."""
     kind = _kind(options.input)
-    target = _checked(options.input, options.output, kind)
-    source = kind(options.input)
-    try:
-        how = _tables.options(options.restitution, options.approaching_only, options.invalid)
-        columns = _tables.choose(source.names, options.form, options.columns, how)
-    except _tables.TableError:
-        raise
-    except ValueError as error:
-        raise UsageError(error) from None
-    with _bar(options.quiet) as progress:
-        report = _stream.resolve(source, target, columns, how, progress)
+    target = _checked(options.input, options.output, kind, options.overwrite)
+    with contextlib.closing(kind(options.input)) as source:
+        try:
+            how = _tables.options(options.restitution, options.approaching_only, options.invalid)
+            columns = _tables.choose(source.names, options.form, options.columns, how)
+        except _tables.TableError:
+            raise
+        except ValueError as error:
+            raise UsageError(error) from None
+        with _bar(options.quiet) as progress:
+            report = _stream.resolve(source, target, options.overwrite, columns, how, progress)
     if not options.quiet:
         _say(_sentence(report))
 
@@ -130,22 +153,20 @@ def _kind(path: Path) -> Callable[[Path], _stream.Source]:
             raise UsageError(f"{path}: {'is not a file' if path.exists() else 'no such file'}")
     except OSError as error:
         raise UsageError(f"{path}: {error.strerror}") from None
-    name = _SUFFIXES.get(path.suffix.lower())
-    if name is None:
+    module, _, name = _SUFFIXES.get(path.suffix.lower(), "").partition(".")
+    if not name:
         raise UsageError(f"{path}: must be {_KNOWN}")
-    if name == "Archive":
-        return _numpy_files.Archive
     try:
-        from . import _arrow_files
+        return getattr(importlib.import_module(f".{module}", __package__), name)  # type: ignore[no-any-return]
     except ImportError:
         raise UsageError(f"{path}: needs pyarrow: pip install pyarrow") from None
-    return getattr(_arrow_files, name)  # type: ignore[no-any-return]
 
 
-def _checked(source: Path, target: Path, kind: Any) -> Path:
-    """Where to write: of a link, what it points to."""
+def _checked(source: Path, target: Path, kind: Any, overwrite: bool) -> Path:
+    """Where to write: of a link, what it points to. Of what is there, nothing that is not meant may get lost."""
     try:
         real = target.resolve()
+        is_there = os.path.lexists(target)
     except (OSError, RuntimeError) as error:
         raise UsageError(f"{target}: {error}") from None
     if real.is_symlink():
@@ -154,19 +175,30 @@ def _checked(source: Path, target: Path, kind: Any) -> Path:
         raise UsageError(f"{real.parent}: no such folder")
     if target.exists() and source.samefile(target):
         raise UsageError(f"{target}: is the input")
+    suffix = target.suffix.lower()
     if kind.is_folder:
-        # A folder is replaced whole: nothing else may get lost with it.
-        if target.exists() and not (target.is_dir() and all(map(_is_column, target.iterdir()))):
-            raise UsageError(f"{target}: is there, and not a folder of .npy files only")
+        if _lies_in(real, source):
+            raise UsageError(f"{target}: lies in the input")
+        if is_there and any(_lies_in(part, real) for part in (source, *source.iterdir())):
+            raise UsageError(f"{target}: the input lies in it")
+        if suffix in _SUFFIXES:
+            raise UsageError(f"{target}: must be the name of a folder, as the input is one, and not of a {suffix} file")
+        if target.exists() and not _output.columns_only(target):
+            raise UsageError(
+                f"{target}: is there, and not a folder of .npy files only, which --overwrite would replace"
+            )
     elif target.exists() and not target.is_file():
-        raise UsageError(f"{target}: is not a file")
-    elif _SUFFIXES.get(target.suffix.lower()) != _SUFFIXES[source.suffix.lower()]:
+        raise UsageError(f"{target}: is there, and is not a file, which --overwrite would replace")
+    elif _SUFFIXES.get(suffix) != _SUFFIXES[source.suffix.lower()]:
         raise UsageError(f"{target}: must have the format of the input, {source.suffix}")
+    if is_there and not overwrite:
+        raise UsageError(f"{target}: is there already; --overwrite replaces it")
     return real
 
 
-def _is_column(file: Path) -> bool:
-    return file.suffix == ".npy" and file.is_file()
+def _lies_in(path: Path, folder: Path) -> bool:
+    """Links followed."""
+    return folder.exists() and any(parent.samefile(folder) for parent in Path(os.path.realpath(path)).parents)
 
 
 def _say(line: str) -> None:
@@ -174,8 +206,16 @@ def _say(line: str) -> None:
     try:
         print(line, flush=True)
     except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains once more at its end
+        _give_up_output()
         _fail(f"standard output: {error.strerror}", 0)
+
+
+def _give_up_output() -> None:
+    """If it cannot be written, or Python complains once more at its end."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @contextlib.contextmanager
@@ -200,9 +240,9 @@ def _sentence(report: _stream.Report) -> str:
     kept = report.conservation
     left_out = kept.n_pairs - kept.n_counted
     return (
-        f"{kept.n_pairs:,} pairs, {report.n_invalid:,} of them invalid; relative change of total momentum "
-        f"{kept.momentum:.1e}, of total energy {kept.energy:.1e}"
-        + (f" ({left_out:,} pairs without a finite energy not counted)" if left_out else "")
+        f"{_tables.counted(kept.n_pairs, 'pair')}, {report.n_invalid:,} of them invalid; "
+        f"relative change of total momentum {kept.momentum:.1e}, of total energy {kept.energy:.1e}"
+        + (f" ({_tables.counted(left_out, 'pair')} without a finite energy not counted)" if left_out else "")
     )
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import mmap
-import shutil
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,8 +11,9 @@ from typing import IO, Any
 
 import numpy as np
 
-from ._stream import ROWS, Array, Block, Source, Write
-from ._tables import Columns, ColumnTypeError, TableError
+from . import _stream
+from ._stream import Array, Block, Source, Write, check_size, size
+from ._tables import Columns, ColumnTypeError, TableError, counted
 
 # What zipfile and NumPy raise for damage, encryption, methods unknown to them, pickles and sizes out of reach.
 _UNREADABLE = (
@@ -61,6 +60,9 @@ class Archive(Source):
     def blocks(self) -> Iterator[Block]:
         yield Block(0, self.n_rows or 1, self._columns, None)
 
+    def close(self) -> None:
+        pass
+
     @contextlib.contextmanager
     def sink(self, path: Path, outputs: dict[str, Array]) -> Iterator[Write]:
         with path.open("wb") as file:
@@ -76,7 +78,11 @@ def _write(file: IO[bytes], table: Mapping[str, Any]) -> None:
 
 
 class Folder(Source):
-    """A folder of .npy files, a column each. Those that do not collide are copied as they are, unread."""
+    """A folder of .npy files, a column each. Those that do not collide are copied as they are, whatever is in them.
+
+    Files are read, not mapped: of a mapped one, what another process truncates or the disk cannot read is the end of
+    this process (SIGBUS), and here an error.
+    """
 
     is_folder = True
 
@@ -89,59 +95,52 @@ class Folder(Source):
             if not file.is_file():
                 raise TableError(f"column {name}: is not a file")
         self.names, self.n_rows = list(self._files), None
+        self._open = contextlib.ExitStack()
+
+    def close(self) -> None:
+        self._open.close()
 
     def select(self, columns: Columns) -> dict[str, Array]:
         for name in columns.outputs:
             if Path(name).name != name:
                 raise TableError(f"column {name}: cannot be the name of a file")
-        self._columns = {argument: self._map(name) for argument, name in columns.inputs.items()}
-        self._inputs = columns.inputs
-        self.n_rows = _n_rows(columns, self._columns)
-        return {argument: column[:0] if column.ndim else column for argument, column in self._columns.items()}
+        self._columns = {argument: self._column(name) for argument, name in columns.inputs.items()}
+        shaped = {argument: column.shaped for argument, column in self._columns.items()}
+        self.n_rows = _n_rows(columns, shaped)
+        self._single = {argument: c.read(0, ()) for argument, c in self._columns.items() if not c.shaped.ndim}
+        return {argument: c[:0] if c.ndim else self._single[argument] for argument, c in shaped.items()}
 
-    def _map(self, name: str) -> Any:
-        column: Any
-        try:
-            column = np.load(self._files[name], mmap_mode="r", allow_pickle=False)
-        except _UNREADABLE as error:
-            raise TableError(f"column {name}: cannot be read as an .npy file of numbers ({_why(error)})") from None
-        if not hasattr(column, "_mmap"):
-            raise TableError(f"column {name}: is no .npy file")
-        if column.size:
-            column._mmap.madvise(mmap.MADV_SEQUENTIAL)
-        return column
-
-    def _opened(self, name: str) -> IO[bytes]:
-        try:
-            return self._files[name].open("rb")
-        except OSError as error:
-            raise TableError(f"column {name}: cannot be read ({error.strerror})") from None
+    def _column(self, name: str) -> _Column:
+        return _Column(name, self._open.enter_context(_opened(name, self._files[name])))
 
     def blocks(self) -> Iterator[Block]:
-        n_rows = self.n_rows
-        if n_rows is None:
-            yield Block(0, 1, self._columns, slice(None))
-            return
-        for start in range(0, n_rows, ROWS):
-            rows = slice(start, min(start + ROWS, n_rows))
-            arrays = {argument: c[rows] if c.ndim else c for argument, c in self._columns.items()}
-            yield Block(start, rows.stop - start, arrays, rows)
+        if self.n_rows is None:
+            yield Block(0, 1, self._single, None)
+        for start in range(0, self.n_rows or 0, _stream.ROWS):
+            n_rows = min(_stream.ROWS, (self.n_rows or 0) - start)
+            rows = {argument: c.read(start, (n_rows,)) for argument, c in self._columns.items() if c.shaped.ndim}
+            yield Block(start, n_rows, {**self._single, **rows}, None)
+        for column in self._columns.values():
+            column.check()
 
     @contextlib.contextmanager
     def sink(self, path: Path, outputs: dict[str, Array]) -> Iterator[Write]:
+        colliding = {column.name for column in self._columns.values()}
         for name in self._files:
-            if name not in self._inputs.values():
-                with self._opened(name) as original, (path / f"{name}.npy").open("wb") as copy:
-                    shutil.copyfileobj(original, copy, 1 << 20)
+            if name not in colliding:
+                with _opened(name, self._files[name]) as original, (path / f"{name}.npy").open("wb") as copy:
+                    for chunk in _chunks(name, original):
+                        copy.write(chunk)
         with contextlib.ExitStack() as stack:
 
             def create(name: str) -> IO[bytes]:
                 return stack.enter_context((path / f"{name}.npy").open("wb"))
 
-            copies = [(self._columns[argument], create(name)) for argument, name in self._inputs.items()]
-            for (column, file), name in zip(copies, self._inputs.values(), strict=True):
-                with self._opened(name) as original:
-                    file.write(original.read(column.offset))  # its header
+            copies = {argument: create(column.name) for argument, column in self._columns.items()}
+            for argument, file in copies.items():
+                file.write(self._columns[argument].header)
+                if argument in self._single:
+                    file.write(self._single[argument].data)
             results = [create(name) for name in outputs]
             for file, u in zip(results, outputs.values(), strict=True):
                 shape = () if self.n_rows is None else (self.n_rows,)
@@ -149,15 +148,77 @@ class Folder(Source):
                 np.lib.format.write_array_header_1_0(file, header)
 
             def write(block: Block, after: Sequence[Array]) -> None:
-                for column, file in copies:
-                    if column.ndim or block.start == 0:
-                        file.write(np.ascontiguousarray(column[block.rest] if column.ndim else column).data)
-                    # Or the pages of the file would count as memory of this process.
-                    column._mmap.madvise(mmap.MADV_DONTNEED)
+                for argument, file in copies.items():
+                    if argument not in self._single:
+                        file.write(block.arrays[argument].data)
                 for u, file in zip(after, results, strict=True):
                     file.write(np.ascontiguousarray(u).data)
 
             yield write
+
+
+def _opened(name: str, path: Path) -> IO[bytes]:
+    try:
+        return path.open("rb")
+    except OSError as error:
+        raise TableError(f"column {name}: cannot be read ({error.strerror})") from None
+
+
+def _chunks(name: str, file: IO[bytes]) -> Iterator[bytes]:
+    """All of a file."""
+    n_bytes = size(file.fileno())
+    try:
+        while chunk := file.read(1 << 20):
+            yield chunk
+    except OSError as error:
+        raise TableError(f"column {name}: cannot be read ({error.strerror})") from None
+    check_size(file.fileno(), n_bytes, f"column {name}")
+
+
+# By the version of the format. In the third, names of fields are of another encoding: no column that collides has any.
+_READ_HEADER = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+    (3, 0): np.lib.format.read_array_header_2_0,
+}
+
+
+class _Column:
+    """An .npy file, from which the numbers are read in order."""
+
+    def __init__(self, name: str, file: IO[bytes]) -> None:
+        self.name, self._file, self._size = name, file, size(file.fileno())
+        try:
+            version = np.lib.format.read_magic(file)
+        except ValueError:
+            raise TableError(f"column {name}: is no .npy file") from None
+        try:
+            shape, _, self._dtype = _READ_HEADER[version](file)
+            # Of its shape and type, and without its content: it takes no memory.
+            self.shaped = np.broadcast_to(np.zeros((), self._dtype), (*shape, *self._dtype.shape))
+            length = file.tell()
+            n_bytes = length + self.shaped.size * self.shaped.itemsize
+            if n_bytes > self._size:
+                raise EOFError(f"of its {n_bytes:,} bytes there are {self._size:,}")
+            file.seek(0)
+            self.header = file.read(length)
+        except _UNREADABLE as error:
+            raise TableError(f"column {name}: cannot be read as an .npy file of numbers ({_why(error)})") from None
+
+    def read(self, start: int, shape: tuple[int, ...]) -> Array:
+        """The next rows, of which the first has this number."""
+        rows = np.empty(shape, self._dtype)
+        try:
+            n_bytes = self._file.readinto(rows)  # type: ignore[attr-defined]
+        except OSError as error:
+            raise TableError(f"column {self.name}: row {start}: cannot be read ({error.strerror})") from None
+        if n_bytes < rows.nbytes:
+            row = start + n_bytes // rows.itemsize
+            raise TableError(f"column {self.name}: row {row}: the file has been truncated while it was read")
+        return rows
+
+    def check(self) -> None:
+        check_size(self._file.fileno(), self._size, f"column {self.name}")
 
 
 def _n_rows(columns: Columns, arrays: Mapping[str, Array]) -> int | None:
@@ -174,7 +235,8 @@ def _n_rows(columns: Columns, arrays: Mapping[str, Array]) -> int | None:
         if column.ndim == 1 and column.shape[0] != length:
             rows = min(column.shape[0], length or 0)
             raise TableError(
-                f"column {name}: has {column.shape[0]} rows where {first} has {length}; they part at row {rows}"
+                f"column {name}: has {counted(column.shape[0], 'row')} where {first} has {length:,}; "
+                f"they part at row {rows}"
             )
     return length
 

@@ -1,15 +1,12 @@
-"""A file of any size, block by block: read, resolved and written at once, and the output whole or not at all."""
+"""A file of any size, block by block: read, resolved and written at once."""
 
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import os
-import shutil
-import tempfile
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -18,6 +15,7 @@ import numpy as np
 
 from . import _tables
 from ._conservation import Conservation
+from ._output import output
 from ._tables import TableError
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -55,6 +53,10 @@ class Source(ABC):
         """All rows, once. Whatever cannot be read is a TableError."""
 
     @abstractmethod
+    def close(self) -> None:
+        """Lets go of the file."""
+
+    @abstractmethod
     def sink(self, path: Path, outputs: dict[str, Array]) -> contextlib.AbstractContextManager[Write]:
         """What writes the blocks and their results, called and of the dtypes as in `outputs`, to a new file."""
 
@@ -69,6 +71,7 @@ class Report(NamedTuple):
 def resolve(
     source: Source,
     target: Path,
+    overwrite: bool,
     columns: _tables.Columns,
     options: _tables.Options,
     progress: Callable[[int, int | None], Any],
@@ -89,15 +92,19 @@ def resolve(
             yield block, after, error.count if error else 0
 
     n_invalid = 0
-    with replacing(target, source.is_folder) as temporary, source.sink(temporary, outputs) as write:
-        for block, after, n_more in ahead(results()):
+    with (
+        contextlib.closing(ahead(results())) as coming,
+        output(target, source.is_folder, overwrite) as temporary,
+        source.sink(temporary, outputs) as write,
+    ):
+        for block, after, n_more in coming:
             write(block, after)
             n_invalid += n_more
             progress(block.n_rows, source.n_rows)
     return Report(conservation, n_invalid)
 
 
-def ahead(items: Iterable[Item], depth: int = 2) -> Iterator[Item]:
+def ahead(items: Iterable[Item], depth: int = 2) -> Generator[Item, None, None]:
     """The items, made in a thread of their own, this many of them before they are asked for."""
     iterator, end = iter(items), object()
     with ThreadPoolExecutor(1) as pool:
@@ -107,54 +114,15 @@ def ahead(items: Iterable[Item], depth: int = 2) -> Iterator[Item]:
             yield item  # type: ignore[misc]  # it is not the end
 
 
-@contextlib.contextmanager
-def replacing(path: Path, is_folder: bool) -> Iterator[Path]:
-    """A new file or folder that takes the place of `path` when all is written, and vanishes on any error."""
-    prefix = f".{path.name[:40]}."
-    if is_folder:
-        temporary = Path(tempfile.mkdtemp(".tmp", prefix, path.parent))
-    else:
-        handle, name = tempfile.mkstemp(".tmp", prefix, path.parent)
-        os.close(handle)
-        temporary = Path(name)
-    try:
-        yield temporary
-        for written in (temporary, *temporary.iterdir()) if is_folder else (temporary,):
-            _sync(written)
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(path.stat().st_mode & 0o777 if path.exists() else (0o777 if is_folder else 0o666) & ~mask)
-        if is_folder and path.exists():
-            _exchange(temporary, path)
-        else:
-            temporary.replace(path)
-    finally:  # gone if it has been renamed; after an exchange it is the old folder
-        if is_folder:
-            shutil.rmtree(temporary, ignore_errors=True)
-        else:
-            temporary.unlink(missing_ok=True)
+def size(handle: int) -> int:
+    """Of an open file, in bytes."""
+    return os.fstat(handle).st_size
 
 
-def _sync(path: Path) -> None:
-    """To the disk: a name must not be there before its content, whatever happens to the machine."""
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
-def _exchange(one: Path, other: Path) -> None:
-    """Two folders change their names: at once where the system can, else with a moment in which `other` is away."""
-    here, exchange = -100, 2  # AT_FDCWD, RENAME_EXCHANGE
-    with contextlib.suppress(AttributeError, OSError):  # no such function in the C library
-        if ctypes.CDLL(None).renameat2(here, os.fsencode(one), here, os.fsencode(other), exchange) == 0:
-            return
-    aside = one.with_suffix(".old")
-    other.rename(aside)
-    try:
-        one.rename(other)
-    except BaseException:
-        aside.rename(other)
-        raise
-    aside.rename(one)
+def check_size(handle: int, n_bytes: int, where: str) -> None:
+    """Whoever writes to a file while it is read makes a part of it out of it, which often can be read all the same."""
+    now = size(handle)
+    if now != n_bytes:
+        raise TableError(
+            f"{where}: the file has changed while it was read, from {n_bytes:,} to {now:,} bytes"
+        ) from None

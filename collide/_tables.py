@@ -19,6 +19,11 @@ FORMS = {"1d": LINE_FORM, "cartesian": CARTESIAN, "polar": POLAR}
 _E = "restitution"
 
 
+def counted(n: int, what: str) -> str:
+    """1 pair, 2 pairs."""
+    return f"{n:,} {what}{'' if n == 1 else 's'}"
+
+
 class TableError(ValueError):
     """A table that cannot be resolved: the column, where there is one the row, and the rule."""
 

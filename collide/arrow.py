@@ -88,7 +88,9 @@ def to_numpy(batch: Any, columns: _tables.Columns, start: int) -> dict[str, Arra
             raise ColumnTypeError(f"column {name}: has type {kind}, must be a real number")
         if column.null_count:
             row = start + column.is_null().index(True).as_py()
-            raise TableError(f"column {name}: row {row}: is null ({column.null_count} nulls from here on)")
+            raise TableError(
+                f"column {name}: row {row}: is null ({_tables.counted(column.null_count, 'null')} from here on)"
+            )
         if isinstance(column, pa.ChunkedArray):
             column = column.combine_chunks()
         arrays[argument] = column.to_numpy(zero_copy_only=False)

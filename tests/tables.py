@@ -1,8 +1,18 @@
-"""What the tests of files, of the command line and of Arrow share: a table for each form, and how a fault is said."""
+"""What the tests of files, of the command line and of Arrow share: a table for each form, files of all formats, runs of
+the command line, and how a fault is said.
+"""
+
+import os
+from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
 
 import collide
+from collide import _arrow_files, _csv_files, _stream
+from collide.__main__ import main
 
 N = 1000
 RNG = np.random.default_rng(0)
@@ -30,3 +40,61 @@ def assert_one_line(capsys, *words):
     assert captured.err.startswith("collide: ")
     for word in words:
         assert str(word) in captured.err
+
+
+FORMATS = (".parquet", ".arrow", ".arrows", ".csv", "")
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(collide.__file__).parents[1])}
+
+
+def write(path, columns, **options):
+    """A table in the format that the path is of."""
+    if path.suffix == "":
+        path.mkdir()
+        for name, column in columns.items():
+            np.save(path / f"{name}.npy", column)
+        return path
+    table = columns if isinstance(columns, pa.Table) else pa.table(columns)
+    if path.suffix == ".parquet":
+        pq.write_table(table, path, **{"row_group_size": 400, **options})
+    elif path.suffix == ".csv":
+        pa.csv.write_csv(table, path)
+    else:
+        new = pa.ipc.new_file if path.suffix == ".arrow" else pa.ipc.new_stream
+        with new(path, table.schema, **options) as writer:
+            writer.write_table(table)
+    return path
+
+
+def read(path):
+    if path.suffix == "":
+        return {file.stem: np.load(file, allow_pickle=True) for file in sorted(path.glob("*"))}
+    if path.suffix == ".parquet":
+        return pq.read_table(path)
+    if path.suffix == ".csv":
+        return pa.csv.read_csv(path)
+    opened = pa.ipc.open_file if path.suffix == ".arrow" else pa.ipc.open_stream
+    with pa.OSFile(str(path)) as file:
+        return opened(file).read_all()
+
+
+def resolve(source, target, *options):
+    try:
+        return main([str(a) for a in ("resolve", source, "-o", target, *options)])
+    except SystemExit as end:
+        return end.code
+
+
+ROWS = 300
+
+
+def make_small_blocks(monkeypatch):
+    """So that a table of a thousand rows has several."""
+    monkeypatch.setattr(_stream, "ROWS", ROWS)
+    monkeypatch.setattr(_arrow_files, "BLOCK_BYTES", 1 << 15)
+    monkeypatch.setattr(_csv_files, "_TEXT_BYTES", 1 << 14)
+
+
+def assert_refused(capsys, target, *words):
+    assert_one_line(capsys, *words)
+    assert not list(target.parent.glob(".*"))  # nothing is left behind
+    assert not target.exists()

@@ -196,7 +196,7 @@ def test_approaching_only(source, target):
 def test_replaces_an_existing_output(source, target):
     write(source, LINE)
     target.write_text("old")
-    assert resolve(source, target) == 0
+    assert resolve(source, target, "--overwrite") == 0
     assert_resolved(LINE, target, collide.resolve_1d(**LINE))
 
 
@@ -205,7 +205,7 @@ def test_output_behind_a_link_is_replaced_and_the_link_stays(source, target):
     link = source.with_name("link.npz")
     link.symlink_to(target)
     target.write_text("old")
-    assert resolve(source, link) == 0
+    assert resolve(source, link, "--overwrite") == 0
     assert link.readlink() == target
     assert_resolved(LINE, target, collide.resolve_1d(**LINE))
 
@@ -379,7 +379,7 @@ def test_several_invalid_pairs_are_counted(source, target, capsys):
 def test_existing_output_survives_an_error(source, target):
     write(source, INVALID)
     target.write_text("old")
-    assert resolve(source, target) == 1
+    assert resolve(source, target, "--overwrite") == 1
     assert target.read_text() == "old"
     assert list(target.parent.iterdir()) == [target]
 
@@ -484,7 +484,7 @@ def test_old_output_survives_what_stops_the_writing(error, code, words, source, 
         return zip_open(archive, name, mode, **options)
 
     monkeypatch.setattr(zipfile.ZipFile, "open", stopping)
-    assert resolve(source, target) == code
+    assert resolve(source, target, "--overwrite") == code
     (line,) = capsys.readouterr().err.splitlines()
     assert line == (f"collide: {words}" if code == 130 else f"collide: {target}: {words}")
     assert seen == [2, 2, 2]  # there was something to remove

@@ -13,7 +13,7 @@ import collide
 PACKAGE = Path(collide.__file__).parent
 # Each module imports from earlier lines only.
 ORDER = [
-    ["_locks"],
+    ["_locks", "_output"],
     ["_jit"],
     ["_lanes"],
     ["_elementwise", "_memory"],
@@ -25,6 +25,7 @@ ORDER = [
     ["_neighbours", "_sequential", "_conservation", "_tables"],
     ["batch", "contacts", "arrow", "_stream"],
     ["_numpy_files", "_arrow_files", "dask"],
+    ["_ipc_files", "_csv_files"],
     ["__init__"],
     ["_demo"],
     ["__main__"],
