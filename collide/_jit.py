@@ -9,28 +9,20 @@ from __future__ import annotations
 import _thread
 import atexit
 import contextlib
-import hashlib
-import importlib.metadata
 import os
-import pickle
-import sys
-import tempfile
 import threading
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
 import numpy as np
 from numba import types
 from numba.core import config
-from numba.core.caching import NullCache
-from numba.core.compiler import CompileResult
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.serialize import dumps
 from numba.extending import overload, register_jitable
 
 from . import _locks
+from ._cache import DiskCache
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -134,7 +126,7 @@ class Kernel:
         with global_compiler_lock:  # and no other lock: see the fork below
             if self._compiled is None:
                 dispatcher = numba.njit(**_UNCOUNTED, nogil=True)(self._function)
-                dispatcher._cache = _DiskCache(self._name)
+                dispatcher._cache = DiskCache(self._name)
                 dispatcher.compile(self._signature)
                 dispatcher.disable_compile()
                 _introduce(dispatcher, self._signature)
@@ -175,83 +167,3 @@ if hasattr(os, "register_at_fork"):
         after_in_child=global_compiler_lock.release,
     )
     os.register_at_fork(after_in_child=_makers.clear)
-
-
-class _DiskCache(NullCache):  # type: ignore[misc]
-    """Compiled kernels on disk, a file each, named by a digest of everything that could change the machine code.
-
-    Numba's own cache looks at one source file only and so serves stale code after an edit of a helper elsewhere. Here
-    the name covers every source file of the package, the versions below it, the processor and the options: what is
-    stale is never looked up. A damaged file fails its checksum and is compiled anew; nothing writable, nothing kept.
-    """
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-
-    def _path(self, folder: Path, signature: Any, codegen: Any) -> Path:
-        key = (signature, codegen.magic_tuple(), _environment(), _SOURCES)
-        return folder / f"{self._name}-{hashlib.sha256(repr(key).encode()).hexdigest()[:32]}.nbc"
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        target_context.refresh()
-        for folder in _folders() if _SOURCES else []:
-            # Whatever is wrong with a file, its kernel is compiled anew: a cache never decides whether a call works.
-            with contextlib.suppress(Exception):
-                data = self._path(folder, sig, target_context.codegen()).read_bytes()
-                if hashlib.sha256(data[32:]).digest() == data[:32]:
-                    return CompileResult._rebuild(target_context, *pickle.loads(data[32:]))
-        return None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        if not _SOURCES or _sources_digest() != _SOURCES:
-            return  # no source to name it by, or another by now than what was imported
-        payload = dumps(data._reduce())
-        for folder in _folders():
-            with contextlib.suppress(OSError):
-                folder.mkdir(parents=True, exist_ok=True)
-                path = self._path(folder, sig, data.codegen)
-                # Written aside and renamed: another process never reads half a file.
-                handle, temporary = tempfile.mkstemp(dir=folder, prefix=path.name, suffix=".tmp")
-                try:
-                    with os.fdopen(handle, "wb") as file:
-                        os.fchmod(handle, 0o644)  # for whoever else may read the folder
-                        file.write(hashlib.sha256(payload).digest() + payload)
-                    Path(temporary).replace(path)
-                except BaseException:
-                    Path(temporary).unlink()
-                    raise
-                return
-
-
-def _folders() -> list[Path]:
-    """Where kernels may be kept, best first: NUMBA_CACHE_DIR alone if it is set, else beside the code, else at home."""
-    if config.CACHE_DIR:
-        return [Path(config.CACHE_DIR) / "collide"]
-    folders = [Path(__file__).parent / "__pycache__"]
-    with contextlib.suppress(RuntimeError):  # no home at all
-        folders.append(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "collide")
-    return folders
-
-
-def _sources_digest() -> str:
-    """Of all source files of the package; empty where there are none."""
-    sources = sorted(Path(__file__).parent.glob("*.py"))
-    digest = hashlib.sha256()
-    for source in sources:
-        digest.update(source.name.encode() + b"\0" + source.read_bytes())
-    return digest.hexdigest() if sources else ""
-
-
-_SOURCES = _sources_digest()  # at import, as what is compiled later is what was imported now
-
-
-def _environment() -> tuple[Any, ...]:
-    return (
-        sys.implementation.cache_tag,
-        numba.__version__,
-        importlib.metadata.version("llvmlite"),
-        config.OPT,
-        config.LOOP_VECTORIZE,
-        config.SLP_VECTORIZE,
-        config.DEBUGINFO_DEFAULT,
-    )

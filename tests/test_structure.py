@@ -13,7 +13,7 @@ import collide
 PACKAGE = Path(collide.__file__).parent
 # Each module imports from earlier lines only.
 ORDER = [
-    ["_locks", "_output"],
+    ["_cache", "_locks", "_output"],
     ["_jit"],
     ["_lanes"],
     ["_elementwise", "_memory"],

@@ -1,0 +1,193 @@
+"""Compiled kernels on disk: what they are named by, whose are run, and how they are written.
+
+Nothing here may fail a call: whatever is wrong with a file or a folder, its kernel is compiled anew.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import importlib.machinery
+import os
+import pickle
+import re
+import stat
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+from numba.core import config
+from numba.core.caching import NullCache
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
+
+_DAY = 24 * 3600.0
+_UNUSED = 30 * _DAY  # after which a kernel, of an older version perhaps, is removed
+_OURS = re.compile(r".*-[0-9a-f]{32}\.nbc(\.[0-9a-f]+\.tmp)?", re.DOTALL)
+
+# Where files have no owners and rights of this kind, on Windows, what lies in the user's folders is the user's.
+_OWNED = hasattr(os, "geteuid")
+# Not to wait for the writer of a FIFO in a kernel's place, and not to follow a link to another file of the user's.
+_CAREFUL = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0)
+
+# What Numba takes from the environment and puts into the code; the processor is named elsewhere.
+_SETTINGS = (
+    "OPT",
+    "LOOP_VECTORIZE",
+    "SLP_VECTORIZE",
+    "BOUNDSCHECK",  # overrules a function's own option
+    "DEBUGINFO_DEFAULT",
+    "EXTEND_VARIABLE_LIFETIMES",
+    "LLVM_REFPRUNE_PASS",
+    "LLVM_REFPRUNE_FLAGS",
+    "USING_SVML",
+)
+
+
+class DiskCache(NullCache):  # type: ignore[misc]
+    """Compiled kernels on disk, a file each, named by a digest of everything that could change the machine code.
+
+    Numba's own cache looks at one source file only and so serves stale code after an edit of a helper elsewhere. Here
+    the name covers every source file of the package, the versions below it, the processor and the options: what is
+    stale is never looked up. A damaged file fails its checksum and is compiled anew; nothing writable, nothing kept.
+
+    A kernel is a pickle, so reading it runs it. One is read only if nobody but this user and root can have written it,
+    in whatever folder it lies.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def _path(self, folder: Path, owner: int, signature: Any, codegen: Any) -> Path:
+        # The owner too, as users of one folder would replace each other's kernels, which the others do not read.
+        key = (owner, signature, codegen.magic_tuple(), _environment(), _SOURCES)
+        return folder / f"{self._name}-{hashlib.sha256(repr(key).encode()).hexdigest()[:32]}.nbc"
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        with contextlib.suppress(Exception):
+            target_context.refresh()
+            for folder in _folders() if _SOURCES else []:
+                for owner in _owners():
+                    with contextlib.suppress(Exception):
+                        path = self._path(folder, owner, sig, target_context.codegen())
+                        return CompileResult._rebuild(target_context, *pickle.loads(_read(path, owner)))
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with contextlib.suppress(Exception):
+            if not _SOURCES or _sources_digest() != _SOURCES:
+                return  # no source to name it by, or another by now than what was imported
+            payload, owner = dumps(data._reduce()), _owners()[0]
+            for folder in _folders():
+                with contextlib.suppress(Exception):
+                    folder.mkdir(parents=True, exist_ok=True)
+                    _write(self._path(folder, owner, sig, data.codegen), owner, payload)
+                    _remove_unused(folder)
+                    return
+
+
+def _checksum(path: Path, payload: bytes) -> bytes:
+    """Of the name too: one of the user's kernels under the name of another is damage as well."""
+    return hashlib.sha256(path.name.encode() + b"\0" + payload).digest()
+
+
+def _read(path: Path, owner: int) -> bytes:
+    """What _write has written there, or an error."""
+    with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _CAREFUL)) as file:
+        status = os.fstat(file.fileno())  # of what has been opened: the name may be another's file by now
+        if not _is_safe(status, owner):
+            raise PermissionError
+        content = file.read()
+    payload = content[32:]
+    if _checksum(path, payload) != content[:32]:
+        raise ValueError
+    if time.time() - status.st_mtime > _DAY:
+        with contextlib.suppress(OSError):
+            os.utime(path)  # in use: see _remove_unused
+    return payload
+
+
+def _write(path: Path, owner: int, payload: bytes) -> None:
+    """Written aside and renamed: another process never reads half a file."""
+    # Not by tempfile: in a folder without the right to write, it tries 2**31 names on Windows.
+    temporary = path.with_name(f"{path.name}.{os.urandom(8).hex()}.tmp")
+    # Open to nobody else until its rights are known, whatever the umask.
+    with open(temporary, "xb", opener=lambda name, flags: os.open(name, flags, 0o600)) as file:
+        try:
+            if _OWNED:
+                os.fchmod(file.fileno(), 0o644)  # for whoever else may read the folder
+            if not _is_safe(os.fstat(file.fileno()), owner):
+                raise PermissionError  # a file system without rights: what is written there would never be read
+            file.write(_checksum(path, payload) + payload)
+            file.close()
+            temporary.replace(path)
+        except BaseException:
+            file.close()
+            temporary.unlink()
+            raise
+
+
+def _owners() -> tuple[int, ...]:
+    """Whose kernels are read: those of this user, who writes them, and of root."""
+    return (os.geteuid(), 0) if _OWNED else (0,)
+
+
+def _is_safe(status: os.stat_result, owner: int) -> bool:
+    """Whether it is a file that the owner has written, and that nobody else may write."""
+    if not _OWNED:
+        return stat.S_ISREG(status.st_mode)
+    others = stat.S_IWGRP | stat.S_IWOTH
+    return stat.S_ISREG(status.st_mode) and status.st_uid == owner and not status.st_mode & others
+
+
+def _remove_unused(folder: Path) -> None:
+    """Those that nobody has loaded for a month, and what an interrupted _write has left."""
+    for path in folder.glob("*.nbc*"):
+        with contextlib.suppress(OSError):
+            if _OURS.fullmatch(path.name) and time.time() - path.lstat().st_mtime > _UNUSED:
+                path.unlink()
+
+
+def _folders() -> list[Path]:
+    """Where kernels may be kept, best first: NUMBA_CACHE_DIR alone if it is set, else beside the code, else at home."""
+    if config.CACHE_DIR:
+        return [Path(config.CACHE_DIR) / "collide"]
+    folders = [Path(__file__).parent / "__pycache__"]
+    with contextlib.suppress(RuntimeError):  # no home at all
+        home = Path(os.environ.get("XDG_CACHE_HOME", ""))
+        if not home.is_absolute():  # then it is to be ignored, says the XDG Base Directory Specification
+            home = Path.home() / ".cache"
+        folders.append(home / "collide")
+    return [folder for folder in folders if folder.is_absolute()]
+
+
+def _sources_digest() -> str:
+    """Of all source files of the package; empty where there are none, or none that can be read."""
+    digest = hashlib.sha256()
+    try:
+        package = Path(__file__).parent
+        sources = sorted(package.rglob("*.py"))
+        for source in sources:
+            content = source.read_bytes()
+            digest.update(f"{source.relative_to(package).as_posix()}\0{len(content)}\0".encode() + content)
+    except Exception:
+        return ""
+    return digest.hexdigest() if sources else ""
+
+
+_SOURCES = _sources_digest()  # at import, as what is compiled later is what was imported now
+
+
+def _environment() -> tuple[Any, ...]:
+    return (
+        sys.implementation.cache_tag,
+        # Tell a free-threaded or a debugging Python from the plain one, as sys.abiflags does, and on Windows too.
+        *importlib.machinery.EXTENSION_SUFFIXES,
+        sys.flags.optimize,
+        numba.__version__,
+        llvmlite.__version__,
+        *(getattr(config, name, None) for name in _SETTINGS),
+    )
