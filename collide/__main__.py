@@ -17,7 +17,10 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from . import _numpy_files, _output, _stream, _tables
+from ._starting import interruptible
+
+with interruptible():
+    from . import _numpy_files, _output, _stream, _tables
 
 # By the modules and the names of classes: pyarrow is imported where it is needed.
 _SUFFIXES = {
@@ -45,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except _tables.TableError as error:
         return _fail(f"{options.input}: {error}", 1)
     except MemoryError as error:
-        return _fail(f"{options.input}: {error or 'out of memory'}", 1)
+        return _fail(f"{options.input}: {str(error) or 'out of memory'}", 1)
     except OSError as error:
         return _fail(f"{options.output}: {os.strerror(error.errno) if error.errno else error}", 1)
     except KeyboardInterrupt:
@@ -116,8 +119,8 @@ def _names(text: str) -> dict[str, str]:
 
 
 def _demonstrate(options: argparse.Namespace) -> None:
-    from . import _demo
-
+    with interruptible():
+        from . import _demo
     try:
         _demo.main()
         sys.stdout.flush()
@@ -157,7 +160,8 @@ def _kind(path: Path) -> Callable[[Path], _stream.Source]:
     if not name:
         raise UsageError(f"{path}: must be {_KNOWN}")
     try:
-        return getattr(importlib.import_module(f".{module}", __package__), name)  # type: ignore[no-any-return]
+        with interruptible():
+            return getattr(importlib.import_module(f".{module}", __package__), name)  # type: ignore[no-any-return]
     except ImportError:
         raise UsageError(f"{path}: needs pyarrow: pip install pyarrow") from None
 

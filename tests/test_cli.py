@@ -14,8 +14,9 @@ import pytest
 import tables
 
 import collide
-from collide import _demo
-from collide.__main__ import main
+from collide import _demo, _stream, _tables
+from collide.__main__ import UsageError, main
+from collide._conservation import Conservation
 
 N = 100
 FORMS = {
@@ -23,14 +24,6 @@ FORMS = {
     for form, (columns, function) in tables.FORMS.items()
 }
 LINE, CARTESIAN, POLAR = (columns for columns, _ in FORMS.values())
-
-
-@pytest.fixture(autouse=True)
-def _own_termination_handler():
-    """The command line sets one for its process, which here is the tests' own."""
-    before = signal.getsignal(signal.SIGTERM)
-    yield
-    signal.signal(signal.SIGTERM, before)
 
 
 @pytest.fixture
@@ -524,6 +517,117 @@ def test_termination_while_writing_leaves_nothing(source, target):
     assert list(target.parent.iterdir()) == []
 
 
+ENDINGS = {
+    "done": (None, 0),
+    "the data": (_tables.TableError("column m1"), 1),
+    "the usage": (UsageError("in"), 2),
+    "memory": (MemoryError(), 1),
+    "the system": (OSError(28, "No space left"), 1),
+    "an interrupt": (KeyboardInterrupt(), 130),
+    "a termination": (signal.SIGTERM, 143),
+    "a closed terminal": (signal.SIGHUP, 129),
+    "a defect": (ZeroDivisionError(), None),
+}
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("ours", [signal.SIG_DFL, signal.SIG_IGN, lambda *_: None], ids=["default", "ignored", "own"])
+def test_signal_handlers_are_put_back(ours, ending, source, target, monkeypatch):
+    what, code = ENDINGS[ending]
+    if isinstance(what, signal.Signals) and ours is not signal.SIG_DFL:
+        code = 0  # it is the caller's
+
+    def end(*_, **__):
+        if isinstance(what, signal.Signals):
+            signal.raise_signal(what)
+        elif what:
+            raise what
+        return _stream.Report(Conservation(), 0)
+
+    write(source, LINE)
+    monkeypatch.setattr(_stream, "resolve", end)
+    before = [signal.signal(number, ours) for number in (signal.SIGTERM, signal.SIGHUP)]
+    try:
+        if code is None:
+            with pytest.raises(ZeroDivisionError):
+                resolve(source, target)
+        else:
+            assert resolve(source, target) == code
+        after = [signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)]
+    finally:
+        for number, handler in zip((signal.SIGTERM, signal.SIGHUP), before, strict=True):
+            signal.signal(number, handler)
+    assert after == [ours, ours, signal.getsignal(signal.SIGINT)]
+
+
+# Of a process's own, at the moment in which something is imported.
+INTERRUPTING = """
+import os
+import signal
+import sys
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever runs the tests may ignore it
+
+
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == os.environ["INTERRUPT_AT"]:
+            os.kill(os.getpid(), signal.SIGINT)
+
+
+sys.meta_path.insert(0, Interrupting())
+"""
+
+
+def interrupted(folder, at, *command, **options):
+    (folder / "sitecustomize.py").write_text(INTERRUPTING)
+    path = os.pathsep.join([str(folder), str(Path(collide.__file__).parents[1])])
+    environment = {**os.environ, "PYTHONPATH": path, "INTERRUPT_AT": at}
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False, **options)
+
+
+COMMANDS = {
+    "-m": [sys.executable, "-m", "collide"],
+    "-m after options": [sys.executable, "-X", "dev", "-W", "ignore", "-Bm", "collide"],
+    "-mcollide": [sys.executable, "-mcollide"],
+    "script": [shutil.which("collide", path=str(Path(sys.executable).parent))],
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("at", ["numpy", "llvmlite.binding", "collide.batch", "collide._tables", "pyarrow.lib"])
+def test_an_interrupt_of_imports(at, command, tmp_path):
+    """Whatever they make of exceptions."""
+    (tmp_path / "in.csv").write_text("m1,m2,v1,v2\n1,1,1,1\n")
+    arguments = ["resolve", str(tmp_path / "in.csv"), "-o", str(tmp_path / "out.csv")]
+    done = interrupted(tmp_path, at, *COMMANDS[command], *arguments)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "collide: interrupted\n")
+    assert not (tmp_path / "out.csv").exists()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["-c", "import collide", "-m", "collide"], ["-m", "collider", "collide"], ["collide.py.txt", "collide"]],
+    ids=" ".join,
+)
+def test_an_interrupt_of_a_librarys_imports_is_the_programs(arguments, tmp_path):
+    for name in ("collider.py", "collide.py.txt"):
+        (tmp_path / name).write_text("import collide")
+    done = interrupted(tmp_path, "numba", sys.executable, *arguments, cwd=tmp_path)
+    assert done.stderr.endswith("\nKeyboardInterrupt\n")
+    assert done.returncode == -signal.SIGINT
+
+
+def test_a_script_of_that_name_may_import_in_a_thread(tmp_path):
+    """Which may not set handlers."""
+    script = tmp_path / "collide"
+    script.write_text(
+        "import threading\nthread = threading.Thread(target=__import__, args=['collide'])\nthread.start()"
+    )
+    done = run(sys.executable, script)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
 # As a command
 
 
@@ -571,3 +675,32 @@ def test_demo_prints_speed_and_drift(capsys):
     drifts = re.findall(rf"{number} relative drift of total momentum, {number} of total energy", text)
     assert len(drifts) == 2
     assert all(float(value) < 1e-13 for pair in drifts for value in pair)
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (MemoryError(), "out of memory"),
+        (MemoryError("Unable to allocate\n76.3 MiB"), "Unable to allocate 76.3 MiB"),
+        (OSError(28, "No space left"), "No space left on device"),
+        (OSError("what has no number"), "what has no number"),
+    ],
+    ids=str,
+)
+def test_demo_that_fails_says_so(error, words, monkeypatch, capsys):
+    def failing():
+        raise error
+
+    monkeypatch.setattr(_demo, "main", failing)
+    assert status("demo") == 1
+    assert capsys.readouterr().err == f"collide: demo: {words}\n"
+
+
+def test_demo_without_room_for_its_output():
+    """Which shows when it is flushed."""
+    code = (
+        "from collide import __main__, _demo; _demo.main = lambda: print(1); raise SystemExit(__main__.main(['demo']))"
+    )
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run([sys.executable, "-c", code], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (1, "collide: demo: No space left on device\n")

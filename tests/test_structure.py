@@ -13,7 +13,7 @@ import collide
 PACKAGE = Path(collide.__file__).parent
 # Each module imports from earlier lines only.
 ORDER = [
-    ["_cache", "_locks", "_output"],
+    ["_starting", "_cache", "_locks", "_output"],
     ["_jit"],
     ["_lanes"],
     ["_elementwise", "_memory"],
