@@ -11,14 +11,15 @@ import ctypes
 from collections import deque
 from collections.abc import Callable, Iterable
 from functools import partial
-from itertools import repeat
+from itertools import filterfalse
 
 Lock = int  # its address
 
-_acquire = ctypes.c_int, ctypes.c_void_p, ctypes.c_int
+_function = "PyThread_acquire_lock", ctypes.pythonapi
+_types = ctypes.c_int, ctypes.c_void_p, ctypes.c_int
 # CFUNCTYPE lets go of the GIL while the function runs, PYFUNCTYPE keeps it: to take it again may last 5 ms.
-_wait = ctypes.CFUNCTYPE(*_acquire)(("PyThread_acquire_lock", ctypes.pythonapi))
-_try = ctypes.PYFUNCTYPE(*_acquire)(("PyThread_acquire_lock", ctypes.pythonapi))
+_wait = ctypes.CFUNCTYPE(*_types)(_function, ((1, "lock"), (1, "wait", 1)))
+_try = ctypes.PYFUNCTYPE(*_types)(_function, ((1, "lock"), (1, "wait", 0)))
 _allocate = ctypes.PYFUNCTYPE(ctypes.c_void_p)(("PyThread_allocate_lock", ctypes.pythonapi))
 release: Callable[[Lock], None] = ctypes.PYFUNCTYPE(None, ctypes.c_void_p)(("PyThread_release_lock", ctypes.pythonapi))
 
@@ -44,12 +45,12 @@ def give_back(lock: Lock) -> None:
 
 def acquire_at_once(lock: Lock) -> bool:
     """Takes the lock if it is free."""
-    return bool(_try(lock, 0))
+    return bool(_try(lock))
 
 
 def waiting(locks: Iterable[Lock]) -> Callable[[], object]:
     """What acquires them all when it is called, once, in a single step of the interpreter."""
-    return partial(deque(maxlen=0).extend, map(_wait, locks, repeat(1)))
+    return partial(deque(maxlen=0).extend, map(_wait, filterfalse(_try, locks)))
 
 
 def after_fork() -> None:
