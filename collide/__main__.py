@@ -137,6 +137,9 @@ def resolve(options: argparse.Namespace) -> None:
         try:
             how = _tables.options(options.restitution, options.approaching_only, options.invalid)
             columns = _tables.choose(source.names, options.form, options.columns, how)
+            for name in columns.outputs:
+                if not source.is_folder and name.encode(errors="ignore").decode() != name:
+                    raise ValueError(f"--columns: {name!r}: must be Unicode text, except in a folder")
         except _tables.TableError:
             raise
         except ValueError as error:

@@ -129,9 +129,14 @@ class Parquet(ArrowFile):
         except UNREADABLE as error:
             raise TableError(f"cannot be read as Parquet ({why(error)})") from None
 
-    def _batches(self, **options: Any) -> Iterator[Any]:
+    def _batches(self) -> Iterator[Any]:
+        n_read = 0
         for g in range(self._metadata.num_row_groups):
-            yield from self._table.iter_batches(self._n_rows_of(g), row_groups=[g], **options)
+            for batch in self._table.iter_batches(self._n_rows_of(g), row_groups=[g]):
+                n_read += batch.num_rows
+                yield batch
+        if n_read < self._metadata.num_rows:  # of which pyarrow says nothing
+            raise EOFError(f"there are {n_read:,} rows, not {self._metadata.num_rows:,}")
 
     def _n_rows_of(self, g: int) -> int:
         """Of a block of this row group, by its first rows as they are in memory, and by all of it as it is stored."""
