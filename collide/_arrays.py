@@ -24,7 +24,8 @@ _ndarray, _float64, _empty = np.ndarray, np.float64, np.empty  # looked up nine 
 _FLOAT64, _FLOAT32 = np.dtype(np.float64), np.dtype(np.float32)
 _NOTHING = {dtype: np.empty(0, dtype) for dtype in (_FLOAT64, _FLOAT32)}
 _BOOLS = bool, np.bool_
-_WEAK: dict[type, Any] = {bool: False, int: 0, float: 0.0}
+# Python's numbers are weak, as in NumPy's own arithmetic.
+WEAK: dict[type, Any] = {bool: False, int: 0, float: 0.0}
 
 # Arguments that a kernel cannot read as they lie are copied, and converted, this many pairs at a time: in the cache.
 _BLOCK = 1 << 13
@@ -203,8 +204,7 @@ def _any(names: Sequence[str], inputs: Sequence[Any]) -> Batch:
     """Whatever else NumPy makes arrays of. Size-1 arrays become numbers, so that none becomes a full-length array."""
     arrays = [as_array(name, value) for name, value in zip(names, inputs, strict=True)]
     shape = broadcast_shape(names, arrays)
-    # Python's numbers are weak, as in NumPy's own arithmetic.
-    kinds = [_WEAK.get(type(value), a.dtype) for value, a in zip(inputs, arrays, strict=True)]
+    kinds = [WEAK.get(type(value), a.dtype) for value, a in zip(inputs, arrays, strict=True)]
     dtype = _FLOAT32 if np.result_type(*kinds) in (_FLOAT32, np.float16) else _FLOAT64
     scalars = np.array([float(a.item()) if a.size == 1 else math.nan for a in arrays])
     full = [None if a.size == 1 else a if a.shape == shape else np.broadcast_to(a, shape) for a in arrays]

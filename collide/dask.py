@@ -148,8 +148,9 @@ def _lazily(form: str, inputs: Sequence[Any], approaching_only: Any, invalid: An
     none = {**values, **{name: np.empty(0, array.dtype) for name, array in arrays.items()}}
     like, _ = _arrays.attempt(_FORMS[form], tuple(none.values()), approaching_only, invalid, None)
     dtype = like[0].dtype
-    if not arrays:
-        arrays = {columns[0]: da.asarray(dtype.type(inputs[0]))}
+    if not arrays:  # one of the numbers is the array, of its own dtype: a number that decides on the result's, if any
+        name = next((name for name, value in values.items() if type(value) not in _arrays.WEAK), columns[0])
+        arrays = {name: da.asarray(_arrays.as_array(name, values[name]))}
     values.update(zip(arrays, da.broadcast_arrays(*arrays.values()), strict=True))
     chunks = values[next(iter(arrays))].chunks
     stacked = da.map_blocks(

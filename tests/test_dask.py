@@ -114,6 +114,33 @@ def test_numbers_only_and_no_elements():
     assert collide.dask.resolve_1d(1.0, 1.0, da.ones(0), 5.0).u1.compute().shape == (0,)
 
 
+NUMBERS = {
+    "Python's": float,
+    "an integer": lambda x: 3,
+    "a large integer": lambda x: 10**20,
+    "float64": np.float64,
+    "float32": np.float32,
+    "an array of no dimensions": np.array,
+    "one of float32": lambda x: np.array(x, np.float32),
+    "int8": lambda x: np.int8(3),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_numbers_only_give_the_very_results_of_the_batch_function(name):
+    """Whichever of them decides on the dtype: none is rounded to it before."""
+    rng = np.random.default_rng(1)
+    for first, others in [*(("Python's", kind) for kind in NUMBERS), *((kind, "Python's") for kind in NUMBERS)]:
+        values = [NUMBERS[others](x) for x in rng.uniform(0.5, 2.0, len(CALLS[name]))]
+        values[0] = NUMBERS[first](rng.uniform(0.5, 2.0))
+        if first == others:
+            values[3] = np.float32(values[3])
+        got = dask.compute(*several(getattr(collide.dask, name)(*values)), scheduler="sync")
+        for u, right in zip(got, several(getattr(collide, name)(*values)), strict=True):
+            assert np.asarray(u).dtype == right.dtype
+            np.testing.assert_array_equal(u, right)
+
+
 def test_an_invalid_pair_is_named_by_its_index_in_the_whole():
     m1 = np.ones((10, 100))
     m1[9, 77] = -1.0
