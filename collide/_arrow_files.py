@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -89,13 +90,13 @@ def opened(path: Path, mode: str) -> Any:
     return pa.OSFile(os.fsencode(path), mode)
 
 
-def joined(block: Block, schema: Any, results: Sequence[Array]) -> Any:
+def write_joined(writer: Any, schema: Any, block: Block, results: Sequence[Array]) -> None:
     """The batch with its results, under the schema of both."""
     try:
         columns = [_compact(column) for column in block.rest.columns]
-        return pa.RecordBatch.from_arrays([*columns, *map(pa.array, results)], schema=schema)
+        writer.write_batch(pa.RecordBatch.from_arrays([*columns, *map(pa.array, results)], schema=schema))
     except pa.ArrowException as error:  # damage that shows only here
-        raise TableError(f"row {block.start}: cannot be read ({why(error)})") from None
+        raise TableError(f"row {block.start}: cannot be read, or not be written ({why(error)})") from None
 
 
 def _compact(column: Any) -> Any:
@@ -155,7 +156,7 @@ class Parquet(ArrowFile):
     def sink(self, path: Path, outputs: dict[str, Array]) -> Iterator[Write]:
         schema = extended(self.schema, outputs)
         with opened(path, "wb") as file, pq.ParquetWriter(file, schema, **self._as_here(outputs)) as writer:
-            yield lambda block, after: writer.write_batch(joined(block, schema, after))
+            yield functools.partial(write_joined, writer, schema)
 
     def _as_here(self, outputs: dict[str, Array]) -> dict[str, Any]:
         if not self._metadata.num_row_groups:

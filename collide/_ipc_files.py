@@ -7,6 +7,7 @@ truncates is ended (SIGBUS), with no word of what was wrong.
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ import pyarrow as pa
 import pyarrow.ipc
 
 from . import _arrow_files, _stream
-from ._arrow_files import UNREADABLE, ArrowFile, extended, joined, opened, why
+from ._arrow_files import UNREADABLE, ArrowFile, extended, opened, why, write_joined
 from ._stream import Array, Write
 from ._tables import TableError
 
@@ -59,8 +60,10 @@ class Ipc(ArrowFile):
     @contextlib.contextmanager
     def sink(self, path: Path, outputs: dict[str, Array]) -> Iterator[Write]:
         schema = extended(self.schema, outputs)
-        with opened(path, "wb") as file, self._new_any(file, schema) as writer:
-            yield lambda block, after: writer.write_batch(joined(block, schema, after))
+        # A file may not have several dictionaries, but what comes to the first.
+        options = pa.ipc.IpcWriteOptions(emit_dictionary_deltas=True)
+        with opened(path, "wb") as file, self._new_any(file, schema, options=options) as writer:
+            yield functools.partial(write_joined, writer, schema)
 
 
 class IpcStream(Ipc):

@@ -375,9 +375,7 @@ def test_no_number_in_csv_is_an_invalid_pair(value, tmp_path, capsys):
     assert_one_line(capsys, "row 0: m2 = nan: a mass must be")
 
 
-@pytest.mark.parametrize(
-    "value", ["0x10", "1_000", "1e", "1d5", "1f", "--1", "\u0661", "1\u00a0", "True", "infinite", "1 2"]
-)
+@pytest.mark.parametrize("value", ["0x10", "1_000", "1e", "1d5", "1f", "--1", "\u0661", "True", "infinite", "1 2"])
 def test_what_only_some_languages_take_for_a_number(value, tmp_path, capsys):
     (tmp_path / "a.csv").write_text(f"m1,m2,v1,v2\n1,1,3,{value}\n")
     assert resolve(tmp_path / "a.csv", tmp_path / "b.csv") == 1
@@ -673,6 +671,16 @@ def test_views_are_written_with_their_own_data_only(tmp_path):
     assert resolve(source, target) == 0
     assert read(target).select(table.column_names).equals(table)
     assert target.stat().st_size < 2 * source.stat().st_size
+
+
+@pytest.mark.parametrize("suffix", [".arrow", ".arrows"])
+def test_dictionaries_that_grow_from_batch_to_batch(suffix, tmp_path):
+    words = ["x", "y", None, "z"] * (N // 8), ["x", "y", "z", "more"] * (N // 8)
+    table = pa.table({**LINE, "text": pa.chunked_array([pa.array(part).dictionary_encode() for part in words])})
+    options = pa.ipc.IpcWriteOptions(emit_dictionary_deltas=True)
+    source, target = write(tmp_path / f"a{suffix}", table, options=options), tmp_path / f"b{suffix}"
+    assert resolve(source, target) == 0
+    assert read(target).select(table.column_names).equals(read(source))
 
 
 def test_unions_and_damage_in_arrow(tmp_path, capsys):
