@@ -304,6 +304,23 @@ def test_error_in_a_share_reaches_the_caller_after_all_have_ended(failing):
     assert (len(begun), len(ended)) == (3, 2)
 
 
+def test_an_interrupt_withdraws_what_nobody_has_begun():
+    """Else the caller would wait for the whole batch."""
+    collide.set_num_threads(2)
+    caller, ran = threading.current_thread(), []
+
+    def task(start, stop):
+        if threading.current_thread() is caller:
+            time.sleep(0.1)  # a worker has come by then
+            raise KeyboardInterrupt
+        ran.append(start)
+        time.sleep(0.2)
+
+    with pytest.raises(KeyboardInterrupt):
+        _threads.run(task, 8 * _threads._PAIRS_A_SHARE)
+    assert len(ran) == 1
+
+
 def test_every_share_runs_once_where_no_more_threads_can_start(monkeypatch):
     """Else an in-place call resolves some pairs twice."""
     collide.set_num_threads(1)
