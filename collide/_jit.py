@@ -72,6 +72,8 @@ class Kernel:
     def __init__(self, function: Callable[..., Any], signature: Any, name: str) -> None:
         self._function, self._signature, self._name = function, signature, name
         self._compiled: Callable[..., Any] | None = None
+        self._error: BaseException | None = None
+        self._waiting: list[_thread.LockType] = []
 
     @property
     def compiled(self) -> Callable[..., Any]:
@@ -81,46 +83,54 @@ class Kernel:
         """The kernel, made by a thread of its own.
 
         An interrupt in the middle of Numba or LLVM can leave either unusable, and Python delivers interrupts to the
-        main thread only. The caller's wait may be interrupted; the thread goes on, and the next call waits again.
+        main thread only. The caller's wait may be interrupted; the thread goes on, and the next call waits for it.
         """
         if config.DISABLE_JIT:
             raise RuntimeError(
                 "the batch functions of collide need Numba's compiler, and NUMBA_DISABLE_JIT is set; "
                 "the formulas of collide.scalar work without it"
             )
-        # A finalizer may call while its own thread compiles, and holds the lock that the other thread would wait for.
-        if global_compiler_lock.is_locked() or not self._make_elsewhere():
+        # A finalizer may call while its own thread makes a kernel, or compiles, and must not wait for itself.
+        makes = _thread.get_ident() in _under_way or global_compiler_lock.is_locked()
+        if makes or 0 < threading.stack_size() < _STACK:
             self._make()
-        assert self._compiled is not None
+        else:
+            self._wait_for_maker()
+        if self._compiled is None:
+            assert self._error is not None
+            raise self._error
         return self._compiled
 
-    def _make_elsewhere(self) -> bool:
-        """Whether a thread could be had for it, which has made the kernel by then, or raised what is raised here."""
-        if 0 < threading.stack_size() < _STACK:
-            return False
-        done, errors, lock = _thread.allocate_lock(), [], _locks.take()
+    def _wait_for_maker(self) -> None:
+        done = _thread.allocate_lock()
         done.acquire()
-        _locks.acquire_at_once(lock)
-
-        def work() -> None:
+        self._waiting.append(done)  # before the look at what there is: see the end of _work
+        if self._compiled is None and self not in list(_under_way.values()):
+            lock = _locks.take()
+            _locks.acquire_at_once(lock)
+            _makers.append(lock)
             try:
-                self._make()
-            except BaseException as error:
-                errors.append(error)
-            finally:
-                done.release()
+                _thread.start_new_thread(self._work, (lock,))
+            except RuntimeError:  # out of threads, or the interpreter is closing
                 _locks.release(lock)
+                return self._make()
+        if self._compiled is None:
+            done.acquire()
+        return None
 
-        _makers.append(lock)
+    def _work(self, lock: _locks.Lock) -> None:
+        """What the thread does."""
+        _under_way[_thread.get_ident()] = self
         try:
-            _thread.start_new_thread(work, ())
-        except RuntimeError:  # out of threads, or the interpreter is closing
+            self._make()
+        except BaseException as error:
+            self._error = error
+        finally:
+            # In this order: whoever finds it under way is among those who are waiting.
+            del _under_way[_thread.get_ident()]
+            while self._waiting:
+                self._waiting.pop().release()
             _locks.release(lock)
-            return False
-        done.acquire()
-        if errors:
-            raise errors[0]
-        return True
 
     def _make(self) -> None:
         with global_compiler_lock:  # and no other lock: see the fork below
@@ -154,6 +164,7 @@ def _introduce(dispatcher: Any, signature: Any) -> None:
 
 
 _STACK = 1 << 23  # bytes that Numba and LLVM may need; a program may have asked for smaller threads
+_under_way: dict[int, Kernel] = {}  # what threads make, by the thread
 _makers: list[_locks.Lock] = []  # of the threads that have made kernels, each held until it is done
 # The interpreter must not go from under the compiler, however often it is told to. Registered after Numba's own, this
 # comes first.
@@ -166,4 +177,6 @@ if hasattr(os, "register_at_fork"):
         after_in_parent=global_compiler_lock.release,
         after_in_child=global_compiler_lock.release,
     )
+    # Nor has it a thread that was about to begin.
     os.register_at_fork(after_in_child=_makers.clear)
+    os.register_at_fork(after_in_child=_under_way.clear)

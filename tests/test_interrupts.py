@@ -223,16 +223,19 @@ while time.monotonic() < end:
     except KeyboardInterrupt:
         hits += 1
 signal.signal(signal.SIGALRM, signal.SIG_IGN)
-print(hits > 3, right(), collide.resolve_2d(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)[2])
+print(hits, right(), len(collide._jit._makers) < 200, collide.resolve_2d(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)[2])
 """
 
 
 @pytest.mark.parametrize("seed", range(2))
 def test_interrupts_while_kernels_are_compiled(seed, tmp_path):
     variables = {"NUMBA_CACHE_DIR": str(tmp_path)}
-    assert python(FIRST_CALL.format(seconds=4), seed, **variables) == "True True 1.0\n"
+    hits, *answers = python(FIRST_CALL.format(seconds=4), seed, **variables).split()
+    assert int(hits) > 3
+    assert answers == ["True", "True", "1.0"]
     # And what has been kept is whole.
-    assert python(FIRST_CALL.format(seconds=0.5), seed, **variables) == "True True 1.0\n"
+    _, *answers = python(FIRST_CALL.format(seconds=0.5), seed, **variables).split()
+    assert answers == ["True", "True", "1.0"]
 
 
 def test_a_program_that_is_interrupted_in_its_first_call_ends(tmp_path):
