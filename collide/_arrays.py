@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import itertools
 import math
@@ -31,6 +32,8 @@ WEAK: dict[type, Any] = {bool: False, int: 0, float: 0.0}
 _BLOCK = 1 << 13
 # NumPy's flags C_CONTIGUOUS and WRITEABLE.
 _READY, _WRITEABLE = 0x0001, 0x0400
+# As many as an address can count the bytes of.
+_MOST = np.iinfo(np.intp).max // 8
 # Up to here a copy is cheaper than thinking: about strides, and about what overlaps what.
 _SMALL = 1 << 12
 
@@ -71,7 +74,7 @@ def attempt(
 ) -> tuple[Sequence[Any], InvalidPairError | None]:
     """The outputs of a call, and the error that tells of its invalid pairs, if there are any."""
     if approaching_only is not False and not isinstance(approaching_only, _BOOLS):
-        raise TypeError(f"approaching_only = {approaching_only!r}: must be True or False")
+        raise TypeError(f"approaching_only = {reprlib.repr(approaching_only)}: must be True or False")
     options = bool(approaching_only), gives_nan(invalid, form.rules)
     outputs, tally = _direct(form, inputs, out, options) or _general(form, inputs, out, options)
     if tally is None:
@@ -84,7 +87,7 @@ def attempt(
 def gives_nan(invalid: Any, rules: dict[str, bool]) -> bool:
     """Whether an invalid pair gets NaN, by an option that has to be one of these."""
     if type(invalid) is not str or invalid not in rules:
-        raise ValueError(f"invalid = {invalid!r}: must be one of {', '.join(map(repr, rules))}")
+        raise ValueError(f"invalid = {reprlib.repr(invalid)}: must be one of {', '.join(map(repr, rules))}")
     return rules[invalid]
 
 
@@ -220,11 +223,17 @@ def as_array(name: str, value: Any) -> Array:
             raise TypeError(f"{name}: an integer of {value.bit_length()} bits is too large for float64") from None
     try:
         array = np.asanyarray(value)
-    except ValueError as error:
-        raise TypeError(f"{name} = {reprlib.repr(value)}: must be an array of numbers ({error})") from None
+    except MemoryError:
+        raise
+    except Exception as error:  # of whatever class: it comes from the object
+        if _is_elsewhere(value):
+            raise TypeError(_ELSEWHERE.format(name, type(value).__name__)) from error
+        raise TypeError(f"{name} = {reprlib.repr(value)}: must be an array of numbers ({error})") from error
     parts = value if isinstance(value, list | tuple) else ()
     if any(isinstance(a, MaskedArray) for a in (array, *parts)):
         raise TypeError(f"{name}: masked arrays are not supported; pass .filled(...) or .compressed()")
+    if array.dtype.kind == "O" and any(map(_is_elsewhere, (value, *parts))):
+        raise TypeError(_ELSEWHERE.format(name, type(value).__name__))
     if array.dtype.kind not in "biuf" or (array.dtype.kind == "f" and array.dtype.itemsize > 8):
         raise TypeError(
             f"{name}: the dtype {array.dtype} is not supported; must be bool, an integer, float16, float32 or float64"
@@ -232,15 +241,33 @@ def as_array(name: str, value: Any) -> Array:
     return np.asarray(array)
 
 
+_ELSEWHERE = "{} is of type {}, in the memory of a GPU or another device: must be copied to the host first"
+
+
+def _is_elsewhere(value: Any) -> bool:
+    """Whether it says that its numbers are in the memory of a GPU, in CUDA's way or in that of any other device."""
+    with contextlib.suppress(Exception):
+        if hasattr(value, "__cuda_array_interface__"):
+            return True
+    with contextlib.suppress(Exception):
+        return value.__dlpack_device__()[0] not in (1, 3)  # the host's memory, pinned or not
+    return False
+
+
 def broadcast_shape(names: Sequence[str], arrays: Sequence[Array]) -> tuple[int, ...]:
     shapes = {array.shape for array in arrays if array.ndim}
-    if len(shapes) <= 1:
-        return shapes.pop() if shapes else ()
-    try:
-        return np.broadcast_shapes(*shapes)
-    except ValueError:
-        listed = ", ".join(f"{name} {array.shape}" for name, array in zip(names, arrays, strict=True) if array.ndim)
-        raise ValueError(f"the shapes of the arguments do not broadcast together: {listed}") from None
+    if len(shapes) > 1:
+        # Not by np.broadcast_shapes, which ends at 32 of the 64 dimensions that arrays may have.
+        axes = [*map(set, itertools.zip_longest(*(shape[::-1] for shape in shapes), fillvalue=1))]
+        shape = tuple([1 if axis == {1} else max(axis - {1}) for axis in axes])[::-1]
+        fits = all(len(axis - {1}) < 2 for axis in axes if len(axis) > 1)
+    else:
+        shape, fits = shapes.pop() if shapes else (), True
+    if fits and math.prod(filter(None, shape)) <= _MOST:
+        return shape
+    fault = f"broadcast to {shape}, more than {_MOST} elements" if fits else "do not broadcast together"
+    listed = ", ".join(f"{name} {array.shape}" for name, array in zip(names, arrays, strict=True) if array.ndim)
+    raise ValueError(f"the shapes of the arguments {fault}: {listed}")
 
 
 def _new(shape: tuple[int, ...], dtype: np.dtype[Any], inputs: Sequence[Array | None], count: int) -> list[Array]:

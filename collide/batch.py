@@ -38,7 +38,8 @@ _SHARED = """
 
     m1, m2: masses, >= 0. inf is an immovable ball (a wall), 0 a test particle; not both of a pair inf, nor both 0.{own}
     restitution: e, finite and >= 0. 1 is elastic; 0 takes away all relative velocity along the line of centres.
-    approaching_only: bool. True {leaves} pairs that do not approach{approach}.
+    approaching_only: bool. True {leaves} pairs that do not approach{approach}, two immovable balls among
+        them.
     invalid: what happens to a pair that breaks a rule above, or whose result is too large for its dtype:
         "raise"  InvalidPairError; all other pairs are resolved, and this one gets what "keep" gives
         "keep"   it {kept}

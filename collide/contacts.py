@@ -69,13 +69,15 @@ def find_contacts(
     x, y = _columns(x, y)
     radius = _column("radius", radius, "x", x.size)
     sides = _sides(box)
-    if as_array("margin", margin).ndim or not 0.0 <= margin < math.inf:
+    one = as_array("margin", margin)
+    gap = math.nan if one.ndim else float(one)  # or float16 would be computed with, and warn
+    if not 0.0 <= gap < math.inf:
         raise ValueError(f"margin = {reprlib.repr(margin)}: must be one finite number >= 0")
     bounds = _bounds("x", x), _bounds("y", y), _bounds("radius", radius)
     least, largest = bounds[2]
     if least < 0.0:
         raise ValueError(f"radius{_first(radius, radius < 0.0)}: must be >= 0")
-    reach = 2.0 * largest + margin
+    reach = 2.0 * largest + gap
     if reach > _LONGEST:
         raise ValueError(f"2 radius + margin = {reach} for the largest ball: must be at most {_LONGEST}")
     for k, side in enumerate(sides):
@@ -83,7 +85,7 @@ def find_contacts(
             raise ValueError(f"box[{k}] = {side}: must be at least {2.0 * reach}, twice as far as balls touch")
     if x.size > _MOST_BALLS:
         raise ValueError(f"x has {x.size} elements: at most {_MOST_BALLS} balls can be searched")
-    return Contacts(*_neighbours.contacts(x, y, radius, bounds, sides, float(margin)))
+    return Contacts(*_neighbours.contacts(x, y, radius, bounds, sides, gap))
 
 
 def resolve_contacts(
@@ -123,7 +125,7 @@ def resolve_contacts(
 
     Returns how many pairs were resolved. Raises InvalidPairError (a ValueError) as said; and, before anything is
     written, IndexError for a ball that does not exist, ValueError for i = j, shapes that do not match, outputs that
-    share memory, an unknown `invalid`, TypeError for other dtypes and for outputs that cannot be written to.
+    share memory, read-only outputs, an unknown `invalid`; TypeError for other dtypes.
 
     >>> vx, vy = np.array([1.0, 0.0, 0.0]), np.zeros(3)
     >>> collide.resolve_contacts([0, 1], [1, 2], 1.0, [0.0, 2.0, 4.0], [0.0, 0.0, 0.0], vx, vy)
@@ -196,7 +198,7 @@ def _output(name: str, value: Any, like: str, n: int) -> Array:
     if value.dtype != np.float64:
         raise TypeError(f"{name} has dtype {value.dtype}: must have float64")
     if not value.flags.writeable:
-        raise TypeError(f"{name} is read-only")
+        raise ValueError(f"{name} is read-only")
     _check_length(name, value, like, n)
     return value
 
@@ -213,10 +215,11 @@ def _sides(box: Any) -> tuple[float, float]:
     sides = as_array("box", box)
     if sides.shape != (2,):
         raise ValueError(f"box = {reprlib.repr(box)}: must be None or two lengths, (Lx, Ly)")
-    for k in (0, 1):
-        if not _SHORTEST <= sides[k] <= _LONGEST:
+    lx, ly = float(sides[0]), float(sides[1])  # or float16 would be compared, and warn
+    for k, side in enumerate((lx, ly)):
+        if not _SHORTEST <= side <= _LONGEST:
             raise ValueError(f"box[{k}] = {sides[k]}: must be from {_SHORTEST} to {_LONGEST}")
-    return float(sides[0]), float(sides[1])
+    return lx, ly
 
 
 def _bounds(name: str, array: Array) -> tuple[float, float]:

@@ -132,6 +132,8 @@ def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any, *, inval
     return _lazily("impact", (dx, dy, dvx, dvy, distance), False, invalid)[0]
 
 
+_MOST_DIMENSIONS = 64  # of NumPy's arrays; the results of a chunk lie in one array, which has one more
+
 # By name: kernels stay where they have been compiled.
 _FORMS = {"line": LINE_FORM, "plane": CARTESIAN, "polar": POLAR, "impulse": IMPULSE, "impact": IMPACT}
 
@@ -144,7 +146,9 @@ def _lazily(form: str, inputs: Sequence[Any], approaching_only: Any, invalid: An
     for name, array in arrays.items():
         if any(math.isnan(size) for sizes in array.chunks for size in sizes):
             raise ValueError(f"{name} has chunks of unknown sizes: call its compute_chunk_sizes() first")
-    _arrays.broadcast_shape(list(arrays), list(arrays.values()))  # or an error that names them
+    shape = _arrays.broadcast_shape(list(arrays), list(arrays.values()))  # or an error that names them
+    if len(shape) >= _MOST_DIMENSIONS:
+        raise ValueError(f"arguments of {len(shape)} dimensions: must have fewer than {_MOST_DIMENSIONS}")
     none = {**values, **{name: np.empty(0, array.dtype) for name, array in arrays.items()}}
     like, _ = _arrays.attempt(_FORMS[form], tuple(none.values()), approaching_only, invalid, None)
     dtype = like[0].dtype
@@ -197,7 +201,8 @@ def _resolve_chunk(
     """The outputs of a chunk, as one array."""
     # A block may have another dtype than its array says.
     inputs = tuple(b if kind is None else np.asarray(b, kind) for b, kind in zip(blocks, dtypes, strict=True))
-    stacked = np.empty((len(_FORMS[form].outputs), *np.broadcast_shapes(*map(np.shape, inputs))), result)
+    shape = _arrays.broadcast_shape(_FORMS[form].columns, [*map(np.asarray, inputs)])
+    stacked = np.empty((len(_FORMS[form].outputs), *shape), result)
     with _threads.alone():
         _, error = _arrays.attempt(_FORMS[form], inputs, *options, tuple(stacked[k, ...] for k in range(len(stacked))))
     if error and options[1] == "raise":

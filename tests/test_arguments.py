@@ -120,6 +120,40 @@ def test_scalars_in_scalars_out():
     assert collide.resolve_1d([1.0], 1, 2, 0).u2.shape == (1,)
 
 
+@pytest.mark.parametrize("ndim", [32, 33, 64])
+def test_as_many_dimensions_as_an_array_may_have(ndim):
+    a, b, v = np.full((2,) + (1,) * (ndim - 2) + (1,), 3.0), np.full((1,) * (ndim - 1) + (3,), 1.0), np.array([2.0])
+    u1, u2 = collide.resolve_1d(a, b, np.ones((2,) + (1,) * (ndim - 3) + (5, 1)), v)
+    assert u1.shape == u2.shape == (2,) + (1,) * (ndim - 3) + (5, 3)
+    np.testing.assert_array_equal(u1, 1.5)
+    np.testing.assert_array_equal(u2, 0.5)
+    with pytest.raises(ValueError, match=r"do not broadcast together: m1 \(2, 1,"):
+        collide.resolve_1d(a, b, np.ones(4), 0.0)
+
+
+def test_more_elements_than_memory_has_addresses():
+    """Of NumPy's it would be an error that names no argument."""
+    large = np.broadcast_to(np.int8(1), (1 << 31, 1, 1))
+    for m1 in (large, large[:0]):
+        with pytest.raises(ValueError, match=r"^the shapes of the arguments broadcast to \(.* elements: m1 \(.*, v1 "):
+            collide.resolve_1d(m1, np.ones((1, 1, 1)), large.swapaxes(0, 1), large.swapaxes(0, 2))
+    with pytest.raises(ValueError, match=r"elements: v1 \(2305843009213693952,\)"):
+        collide.resolve_1d(1.0, 1.0, np.broadcast_to(np.int8(1), (1 << 61,)), 0.0)
+
+
+@pytest.mark.parametrize("name", ["resolve_1d", "resolve_2d", "resolve_polar", "impulse_2d"])
+def test_two_immovable_balls_that_do_not_approach_are_left_alone(name):
+    """As the docstrings say, on a line too."""
+    function = getattr(collide, name)
+    between = {"resolve_1d": (0.0,), "resolve_polar": (0.0, 1.0, 0.0, 0.0)}.get(name, (0.0, 1.0, 0.0, 1.0, 0.0))
+    u = function([np.inf], [np.inf], [-1.0], *between, approaching_only=True)
+    assert (u[0] if name.startswith("resolve") else u - 1.0) == [-1.0]
+    for approaching_only, v in ((True, 2.0), (False, -1.0)):
+        with pytest.raises(collide.InvalidPairError, match="m1 = m2 = inf"):
+            function([np.inf], [np.inf], [v], *between, approaching_only=approaching_only)
+    assert "two immovable balls among" in function.__doc__
+
+
 def test_empty():
     for shape in ((0,), (3, 0)):
         u = collide.resolve_2d(np.empty(shape), 1, 1, 1, np.empty(shape), 1, 1, 1)

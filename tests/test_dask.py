@@ -114,6 +114,16 @@ def test_numbers_only_and_no_elements():
     assert collide.dask.resolve_1d(1.0, 1.0, da.ones(0), 5.0).u1.compute().shape == (0,)
 
 
+@pytest.mark.parametrize("ndim", [33, 63])
+def test_many_dimensions(ndim):
+    v = np.arange(3.0).reshape((1,) * (ndim - 1) + (3,))
+    for other in (1.0, da.ones(3)):
+        u = collide.dask.resolve_1d(1.0, other, da.from_array(v), 0.0).u2.compute()
+        np.testing.assert_array_equal(u, v, strict=True)
+    with pytest.raises(ValueError, match="arguments of 64 dimensions: must have fewer than 64"):
+        collide.dask.resolve_1d(1.0, 1.0, da.ones((1,) * 64), 0.0)
+
+
 NUMBERS = {
     "Python's": float,
     "an integer": lambda x: 3,

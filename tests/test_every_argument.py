@@ -162,7 +162,7 @@ NO_NUMBERS = {
 @pytest.mark.parametrize("kind", NO_NUMBERS)
 @pytest.mark.parametrize(
     ("function", "argument"),
-    [*ARGUMENTS, ("find_contacts", "margin"), ("find_contacts", "box"), ("resolve_contacts", "box")],
+    [*ARGUMENTS, *OPTIONS],
 )
 def test_what_is_no_number_is_a_type_error_that_names_the_argument(function, argument, kind):
     values = good(function) | {argument: NO_NUMBERS[kind]}
@@ -171,6 +171,80 @@ def test_what_is_no_number_is_a_type_error_that_names_the_argument(function, arg
         return
     with pytest.raises(TypeError, match=rf"^{argument}\b"):
         call(function, values)
+
+
+class Fails:
+    """An object that says it is an array and raises this when it is asked for one."""
+
+    def __init__(self, error):
+        self.error = error
+
+    def __array__(self, dtype=None, copy=None):
+        raise self.error
+
+
+class OnCuda:
+    @property
+    def __cuda_array_interface__(self):
+        return {"shape": (3,), "typestr": "<f8", "data": (1, False), "version": 3}
+
+
+class OnCudaAndSaysSo(OnCuda, Fails):
+    def __init__(self):
+        super().__init__(TypeError("Implicit conversion to a NumPy array is not allowed"))
+
+
+class OnAnotherDevice:
+    def __dlpack_device__(self):
+        return 8, 0  # Metal
+
+    def __array__(self, dtype=None, copy=None):
+        raise TypeError("can't convert a tensor")
+
+
+WITH_OPTIONS = [*ARGUMENTS, *OPTIONS]
+
+
+@pytest.mark.parametrize("kind", [TypeError, ValueError, RuntimeError, KeyError, AttributeError, OSError, IndexError])
+@pytest.mark.parametrize(("function", "argument"), WITH_OPTIONS)
+def test_an_object_that_fails_to_become_an_array_is_named(function, argument, kind):
+    error = kind("why not")
+    for value in (Fails(error), [Fails(error)]):
+        with pytest.raises(TypeError, match=rf"^{argument} = .*: must be an array of numbers \('?why not'?\)$") as info:
+            call(function, good(function) | {argument: value})
+        assert info.value.__cause__ is error
+
+
+@pytest.mark.parametrize("value", [OnCuda(), OnCudaAndSaysSo(), OnAnotherDevice(), [OnCuda()]])
+@pytest.mark.parametrize(("function", "argument"), WITH_OPTIONS)
+def test_arrays_on_a_device_are_named(function, argument, value):
+    message = rf"^{argument} is of type \w+, in the memory of a GPU or another device: must be copied to the host first"
+    with pytest.raises(TypeError, match=message):
+        call(function, good(function) | {argument: value})
+
+
+@pytest.mark.parametrize("error", [MemoryError(), KeyboardInterrupt()])
+def test_what_is_not_the_objects_fault_comes_through(error):
+    with pytest.raises(type(error)):
+        collide.resolve_1d(1.0, Fails(error), 1.0, 0.0)
+
+
+@pytest.mark.parametrize("dtype", ["?", *INTEGERS, "f2", "f4", "f8", ">f4"])
+@pytest.mark.parametrize(("function", "argument"), OPTIONS)
+def test_options_of_any_dtype(function, argument, dtype):
+    """As float64 copies of them, and nobody is warned, of the limits of a smaller type neither."""
+    lengths = np.array([1, 1] if dtype == "?" else [100, 120]).astype(dtype)
+    option = lengths if argument == "box" else lengths[0]
+    values = good(function) | {"x": np.array([0.0, 0.25, 0.5]), "y": np.array([0.0, 0.25, 0.25])}
+    values |= {"radius": 0.125} if function == "find_contacts" else {}
+    got = call(function, values | {argument: option})
+    for u, want in zip(got, call(function, values | {argument: option.astype(np.float64)}), strict=True):
+        np.testing.assert_array_equal(u, want)
+
+
+def test_options_of_float16_are_added_up_in_float64():
+    x = np.array([0.0, 1e5])
+    assert collide.find_contacts(x, 0 * x, 20_000.0, margin=np.float16(60_000)).i.size == 1
 
 
 @pytest.mark.parametrize("shape", [(2,), (4,), (2, 2), (0,)])
@@ -232,6 +306,14 @@ def test_nasty_numbers(function, argument, number):
             call(function, values)
         assert (info.value.index, info.value.count) == ((1,), 1)
         assert info.value.reason.startswith(argument) or "too large" in info.value.reason
+
+
+@pytest.mark.parametrize("argument", ["vx", "vy", "impulse"])
+def test_a_ball_state_that_is_read_only(argument):
+    """The same kind of error as that of a read-only `out`, below."""
+    values = good("resolve_contacts") | {name: np.zeros(N) for name in ("vx", "vy", "impulse")}
+    with pytest.raises(ValueError, match=rf"^{argument} is read-only$"):
+        collide.resolve_contacts(**values | {argument: read_only(values[argument])})
 
 
 @pytest.mark.parametrize("function", BATCHES)
