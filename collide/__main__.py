@@ -40,7 +40,14 @@ class UsageError(Exception):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     try:
-        options = _parser().parse_args(arguments)
+        return _run(_parser().parse_args(arguments))
+    except KeyboardInterrupt:
+        return _fail("interrupted", 130)
+
+
+def _run(options: argparse.Namespace) -> int:
+    """The exit status."""
+    try:
         with _ending():
             options.run(options)
     except UsageError as error:
@@ -51,8 +58,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(f"{options.input}: {str(error) or 'out of memory'}", 1)
     except OSError as error:
         return _fail(f"{options.output}: {os.strerror(error.errno) if error.errno else error}", 1)
-    except KeyboardInterrupt:
-        return _fail("interrupted", 130)
     return 0
 
 
@@ -123,7 +128,7 @@ def _demonstrate(options: argparse.Namespace) -> None:
         from . import _demo
     try:
         _demo.main()
-        sys.stdout.flush()
+        print(end="", flush=True)
     except OSError:
         _give_up_output()
         raise
@@ -220,7 +225,7 @@ def _say(line: str) -> None:
 def _give_up_output() -> None:
     """If it cannot be written, or Python complains once more at its end."""
     try:
-        sys.stdout.flush()
+        print(end="", flush=True)
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
