@@ -55,7 +55,7 @@ def entries(data: dict[str, Any]) -> dict[Key, Entry]:
     for b in batches:
         info = b["extra_info"]
         if info["contestant"] == "collide":
-            own[info["form"], info["n"], info["threads"]] = info["n"] * info["calls"] / b["stats"]["median"]
+            own[info["form"], info["n"], info["threads"]] = info["n"] / b["stats"]["median"]
     found = {}
     for b in batches:
         info = b["extra_info"]

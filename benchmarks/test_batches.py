@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import yardsticks
-from yardsticks import FORMS, YARDSTICKS, MissingError, collide_itself, make_case
+from yardsticks import FORMS, YARDSTICKS, MissingError, calls_a_round, collide_itself, make_case
 
 import collide
 
@@ -31,7 +31,7 @@ def test_batch(race, benchmark, set_threads, form, n, threads, name):
     if name != "bytes only":
         same_answers(contestant, case)
     benchmark.group = f"{form}, {n:,} pairs, {'1 thread' if threads == 1 else 'all threads'}"
-    race(contestant, collide_itself(case), form=form, n=n, threads=threads, contestant=name)
+    race(contestant, collide_itself(case), calls_a_round(n), form=form, n=n, threads=threads, contestant=name)
 
 
 def same_answers(contestant, case):

@@ -95,7 +95,7 @@ def test_two_processes_of_one_thread(race, benchmark, store, clients, rival, bou
         for column, u in expected._asdict().items():
             np.testing.assert_array_equal(np.load(store / f"{column}.npy"), u)
     benchmark.group = f"{N:,} pairs from disk to disk by Dask, 2 processes of 1 thread"
-    ratio = statistics.median(race(run(two), reference, ROUNDS, cluster=rival))
+    ratio = statistics.median(race(run(two), reference, 1, ROUNDS, cluster=rival))
     rate = N / benchmark.stats.stats.median / 1e6
     benchmark.extra_info["rate"] = rate
     print(f"\n{benchmark.group}: {rate:.1f} M pairs/s, {ratio:.2f} of {rival}, at least {bound}", end=" ")

@@ -13,7 +13,7 @@ import time
 import numba
 import numpy as np
 import pytest
-from yardsticks import MissingError, peer
+from yardsticks import MissingError, calls_a_round, peer
 
 import collide
 from collide.examples import gas
@@ -75,6 +75,7 @@ def test_find(race, benchmark, n, periodic, rival):
         race(
             contestant,
             lambda: collide.find_contacts(x, y, radius, box=box),
+            calls_a_round(n, 150e-9),
             9,
             enough=lambda ratios: n < 100_000 or 1 / median(ratios) >= bound,
             search=n,
@@ -98,7 +99,7 @@ def a_ball(race, benchmark, one, other, name):
     def times(ratios):
         return sizes[1] / sizes[0] / median(ratios)
 
-    ratio = times(race(search(*one), search(*other), 15, enough=lambda ratios: times(ratios) <= 3, growth=name))
+    ratio = times(race(search(*one), search(*other), 1, 15, enough=lambda ratios: times(ratios) <= 3, growth=name))
     print(f"\n{name}: {ratio:.2f} times as long, at most 3", end=" ")
     assert ratio <= 3
 
@@ -151,7 +152,7 @@ def test_resolve(race, benchmark, order):
         by_hand(i, j, x, y, *theirs)
 
     benchmark.group = f"{i.size:,} contacts in {order}"
-    ratio = 1 / median(race(hand, resolve, 15, enough=lambda ratios: 1 / median(ratios) >= 0.8, resolve=order))
+    ratio = 1 / median(race(hand, resolve, 1, 15, enough=lambda ratios: 1 / median(ratios) >= 0.8, resolve=order))
     rate = i.size / median(seconds) / 1e6
     benchmark.extra_info["rate"] = rate
     print(f"\n{benchmark.group}: {rate:.1f} M/s, {ratio:.2f} times as fast as a loop without checks", end=" ")
@@ -199,6 +200,7 @@ def test_gas(race, benchmark, threads):
         race(
             lambda: space.step(gas.TIME_STEP),
             lambda: gas.step(position, v, side, walls=True),
+            1,
             60,
             enough=lambda ratios: threads == 1 or 1 / median(ratios) >= 8,
             step=benchmark.group,

@@ -7,7 +7,7 @@ import statistics
 import numba
 import numpy as np
 import pytest
-from yardsticks import make_case
+from yardsticks import calls_a_round, make_case
 
 import collide
 
@@ -68,6 +68,7 @@ def test_a_formula_costs_nothing_to_call(race, benchmark, n):
         race(
             lambda: embedded(*case.columns, *case.out),
             lambda: by_hand(*case.columns, *case.out),
+            calls_a_round(n),
             30,
             enough=lambda ratios: ratio(ratios) >= 0.95,
         )

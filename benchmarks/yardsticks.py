@@ -74,6 +74,15 @@ def make_case(form: str, n: int) -> Case:
     return Case(form, n, collide.get_num_threads(), *arrays(form, n))
 
 
+def calls_a_round(n: int, seconds: float = 2.5e-9) -> int:
+    """How many calls of n elements, of so many seconds each, a round has: some 2 ms of collide's.
+
+    Short calls are timed many at a time; a long one has left the caches before it ends. It follows from the case alone:
+    if it were measured, two runs would compare rounds of different lengths.
+    """
+    return max(1, round(2e-3 / (5e-6 + seconds * n)))
+
+
 Call = Callable[[], Sequence[Array]]
 
 

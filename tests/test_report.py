@@ -1,6 +1,10 @@
 """The README's figures come from benchmarks/report.py: its text is built from data, and replaces what stood there."""
 
 import importlib.util
+import json
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -16,8 +20,8 @@ def report():
     return module
 
 
-def batch(form, n, name, seconds, as_fast, calls=1, threads=2):
-    info = {"form": form, "n": n, "threads": threads, "contestant": name, "calls": calls}
+def batch(form, n, name, seconds, as_fast, threads=2):
+    info = {"form": form, "n": n, "threads": threads, "contestant": name}
     return {"extra_info": {**info, "as fast as the reference": as_fast}, "stats": {"median": seconds}}
 
 
@@ -29,8 +33,8 @@ def data(report):
             batch(form, 10_000_000, "collide", 0.02, 1.01),
             batch(form, 10_000_000, "bytes only", 0.03, 1.25),  # in a slow minute: the ratio counts
             batch(form, 10_000_000, "NumPy", 0.2, 0.1),
-            batch(form, 1, "collide", 6e-3, 1.0, calls=1000),
-            batch(form, 1, "NumPy", 9e-3, 2.0 if form == "line" else 0.5, calls=1000),
+            batch(form, 1, "collide", 6e-6, 1.0),
+            batch(form, 1, "NumPy", 9e-6, 2.0 if form == "line" else 0.5),
         ]
     variant = {"variant": "in_place", "n": 1_000_000, "as fast as the reference": 1.5}
     variants = [{"extra_info": {**variant, "form": form}, "stats": {}} for form in report.COLLISIONS]
@@ -58,6 +62,25 @@ def data(report):
         "machine_info": {**machine, "cpu": {"brand_raw": "A processor"}},
         "datetime": "2026-01-02T03:04:05",
     }
+
+
+def test_what_is_saved_and_compared_is_of_one_call(tmp_path):
+    """Of as many calls a round as the case says: `--benchmark-compare-fail` compares nothing else."""
+    shutil.copy(ROOT / "benchmarks" / "conftest.py", tmp_path)
+    (tmp_path / "test_it.py").write_text(
+        "import time\n\n"
+        "def test_it(race):\n"
+        "    race(lambda: time.sleep(0.004), lambda: time.sleep(0.002), 5, 4, n=8, contestant='a')\n"
+    )
+    command = [sys.executable, "-m", "pytest", str(tmp_path), "--benchmark-json", str(tmp_path / "saved.json")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=True, cwd=ROOT)
+    (found,) = json.loads((tmp_path / "saved.json").read_text())["benchmarks"]
+    stats, ratio = found["stats"], found["extra_info"]["as fast as the reference"]
+    assert (stats["rounds"], stats["iterations"]) == (4, 5)
+    assert 0.004 <= stats["min"] <= stats["median"] < 0.02
+    assert 0.25 < ratio < 1.0
+    rate, times = 8e-6 / stats["median"], 1 / ratio
+    assert f"  {'a':24} {rate:10.4g} M pairs/s   {times:8.2f} x" in done.stdout
 
 
 def test_rates_are_ratios_times_the_rate_of_collide(report, data):
