@@ -189,17 +189,18 @@ def test_wrong_arguments_are_refused_at_once(case):
     assert words in str(raised.value)
 
 
-def test_on_threads_no_more_run_than_dask_has(calls, keep_threads):
+def test_on_threads_no_more_run_than_dask_has(calls, keep_threads, monkeypatch):
     """Not even for chunks that a plain call would share out."""
     collide.set_num_threads(4)
     columns = [da.from_array(RNG.uniform(0.5, 2.0, 1_000_000), chunks=250_000) for _ in range(4)]
-    pool = collide._threads._pool
+    invite, invited = collide._threads._invite, []
+    monkeypatch.setattr(collide._threads, "_invite", lambda those: (invited.append(those), invite(those)))
     with dask.config.set(scheduler="threads", num_workers=2):
         dask.compute(*collide.dask.resolve_1d(*columns))
     assert len({thread for thread, _ in calls}) <= 2
-    assert collide._threads._pool is pool  # and no thread of collide's was even made
+    assert not invited  # no thread of collide's was even asked
     collide.resolve_1d(*(np.ones(1_000_000),) * 4)
-    assert collide._threads._pool is not None
+    assert invited
 
 
 @pytest.mark.parametrize("name", CALLS)
