@@ -156,7 +156,6 @@ print(len(answers), all(answers), right())
 
 GROWTH = """
 import gc
-import resource
 import weakref
 
 arrays = []
@@ -178,11 +177,11 @@ def test_nothing_is_kept_where_there_are_no_threads_to_be_had():
 threading.stack_size(1 << 45)
 for _ in range(300):
     assert (call().u1 == -2.0).all()
-print(kept(), threading.active_count(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 500_000)
+print(kept(), threading.active_count())
 threading.stack_size(0)
 print((call().u1 == -2.0).all(), len(_threads._workers) > 0)
 """
-    assert python(code) == "0 1 True\nTrue True\n"
+    assert python(code) == "0 1\nTrue True\n"
 
 
 def test_nothing_is_kept_of_interrupted_calls():
