@@ -200,7 +200,7 @@ def test_gas(race, benchmark, threads):
         race(
             lambda: space.step(gas.TIME_STEP),
             lambda: gas.step(position, v, side, walls=True),
-            1,
+            calls_a_round(10_000, 60e-9),
             60,
             enough=lambda ratios: threads == 1 or 1 / median(ratios) >= 8,
             step=benchmark.group,

@@ -116,7 +116,7 @@ def run(task: Callable[[int, int], Result], n: int, grain: int = _GRAIN, work: i
     try:
         try:
             _invite(invitations)
-            while share := _next(todo.popleft):
+            while todo and (share := _next(todo.popleft)):
                 share.work()
         finally:
             withdraw()
@@ -133,6 +133,8 @@ def run(task: Callable[[int, int], Result], n: int, grain: int = _GRAIN, work: i
 class _Share(Generic[Result]):
     """A part of the range, for whoever takes it from the list of what is to do."""
 
+    __slots__ = "error", "range", "result", "task"
+
     def __init__(self, task: Callable[[int, int], Result], start: int, stop: int) -> None:
         self.task, self.range = task, (start, stop)
         self.result: Result | None = None
@@ -143,7 +145,7 @@ class _Share(Generic[Result]):
 
 
 def _next(take: Callable[[], _Share[Result]]) -> _Share[Result] | None:
-    """A share that nobody else will work on; None where all are taken."""
+    """A share that nobody else will work on; None where the last has just been taken."""
     try:
         return take()
     except IndexError:
@@ -169,16 +171,18 @@ class _Invitation:
 
     def accept(self) -> None:
         """What the worker does: from the other end, so that each thread's shares adjoin."""
-        if _locks.acquire_at_once(self.lock):
-            try:
-                while share := _next(self._todo.pop):
-                    try:
-                        share.work()
-                    except BaseException as error:
-                        share.error = error
-            finally:
-                _locks.release(self.lock)
-        self.leave()
+        if not _locks.acquire_at_once(self.lock):
+            return self.leave()
+        try:
+            while self._todo and (share := _next(self._todo.pop)):
+                try:
+                    share.work()
+                except BaseException as error:
+                    share.error = error
+        finally:
+            self.leave()  # first: with the lock the caller is awake, and waits for the GIL
+            _locks.release(self.lock)
+        return None
 
     def leave(self) -> None:
         """The caller leaves, and the worker or whoever found that there is none."""
@@ -189,9 +193,10 @@ class _Invitation:
 
 
 def _invite(invitations: list[_Invitation]) -> None:
-    with contextlib.suppress(RuntimeError):  # out of threads, or the interpreter is closing: the caller does it all
-        for _ in range(len(invitations) - len(_workers)):
-            _thread.start_new_thread(_serve, ())
+    if len(_workers) < len(invitations):
+        with contextlib.suppress(RuntimeError):  # out of threads, or the interpreter is closing: the caller does it all
+            for _ in range(len(invitations) - len(_workers)):
+                _thread.start_new_thread(_serve, ())
     for invitation in invitations:
         # Where nobody has come for so many others, nobody will soon.
         if _invitations.qsize() < _UNREAD + len(invitations):
