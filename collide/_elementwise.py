@@ -70,32 +70,30 @@ def _as_float64(x: Any) -> Any:
     return (lambda x: x) if isinstance(x, Lanes) else (lambda x: types.float64(x))
 
 
-# A sum of masses between these powers of two stays far from overflow, underflow and their rounding when it is
-# multiplied by the square of a normal.
-_SMALLEST, _LARGEST = (1023 - 400) << 52, (1023 + 400) << 52
-
-
-def is_extreme(x: Any) -> Any:
-    """Whether x is not between 2**-400 and 2**400; true of NaN and of all that is negative."""
+def is_beyond(x: Any, k: Any) -> Any:
+    """Whether x is not between 2**-k and 2**k; true of NaN and of all that is negative."""
     bits = np.asarray(x, np.float64).view(np.int64)
-    return ((bits < _SMALLEST) | (bits >= _LARGEST))[()]
+    return ((bits < (1023 - k) << 52) | (bits >= (1023 + k) << 52))[()]
 
 
-@compiles(is_extreme)
-def _is_extreme(x: Any) -> Any:
-    return lambda x: _outside(x)
+@compiles(is_beyond)
+def _is_beyond(x: Any, k: Any) -> Any:
+    return lambda x, k: _outside(x, k)
 
 
 @intrinsic
-def _outside(typingctx: Any, x: Any) -> Any:
+def _outside(typingctx: Any, x: Any, k: Any) -> Any:
+    if not isinstance(k, types.IntegerLiteral):
+        return None
     x = x if isinstance(x, Lanes) else types.float64
+    smallest, largest = (1023 - k.literal_value) << 52, (1023 + k.literal_value) << 52
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         integer = _vector(x, _I64)
-        above = b.sub(b.bitcast(args[0], integer), _constant(integer, _SMALLEST))
-        return b.icmp_unsigned(">=", above, _constant(integer, _LARGEST - _SMALLEST))
+        above = b.sub(b.bitcast(args[0], integer), _constant(integer, smallest))
+        return b.icmp_unsigned(">=", above, _constant(integer, largest - smallest))
 
-    return (Mask(x.width) if isinstance(x, Lanes) else types.boolean)(x), codegen
+    return (Mask(x.width) if isinstance(x, Lanes) else types.boolean)(x, k), codegen
 
 
 def inverse_power_of_two(x: Any, y: Any) -> Any:

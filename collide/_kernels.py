@@ -127,8 +127,8 @@ def _valid_masses(values: Any, results: Any, outputs: Any) -> Any:
 
 @formula
 def collide_1d(m1: Any, m2: Any, v1: Any, v2: Any, e: Any) -> Any:
-    after, closing, (j1, j2) = scalar.on_line(m1, m2, v1, v2, e)
-    return (v1, v2), after, closing, j1 + j2, (m1, m2, e)
+    after, closing, (_, _, size) = scalar.on_line(m1, m2, v1, v2, e)
+    return (v1, v2), after, closing, size, (m1, m2, e)
 
 
 def _kernel_1d(  # type: ignore[no-untyped-def]  # compiled only
@@ -140,14 +140,14 @@ def _kernel_1d(  # type: ignore[no-untyped-def]  # compiled only
 
 @formula
 def collide_2d(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, e: Any) -> Any:
-    nx, ny, square = scalar.normal(nx, ny)
-    after, closing, (j1, j2) = scalar.in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, square, e)
-    return (v1x, v1y, v2x, v2y), after, closing, j1 + j2, (m1, m2, e)
+    nx, ny, square, low = scalar.normal(nx, ny)
+    after, closing, (_, _, size) = scalar.in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, square, low, e)
+    return (v1x, v1y, v2x, v2y), after, closing, size, (m1, m2, e)
 
 
 @formula
 def valid_2d(values: Any, results: Any, outputs: Any) -> Any:
-    _, _, square = scalar.normal(values[6], values[7])
+    _, _, square, _ = scalar.normal(values[6], values[7])
     return _valid_masses(values, results, outputs) & (square > 0.0) & (square < math.inf)
 
 
@@ -161,8 +161,8 @@ def _kernel_2d(  # type: ignore[no-untyped-def]  # compiled only
 @formula
 def collide_polar(m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any, e: Any) -> Any:
     v1x, v1y, v2x, v2y, nx, ny = scalar.from_polar(v1, theta1, v2, theta2, phi)
-    after, closing, (j1, j2) = scalar.in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, 1.0, e)
-    return (v1x, v1y, v2x, v2y), after, closing, j1 + j2, (m1, m2, e)
+    after, closing, (_, _, size) = scalar.in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, 1.0, None, e)
+    return (v1x, v1y, v2x, v2y), after, closing, size, (m1, m2, e)
 
 
 def _kernel_polar(  # type: ignore[no-untyped-def]  # compiled only
@@ -174,10 +174,8 @@ def _kernel_polar(  # type: ignore[no-untyped-def]  # compiled only
 
 @formula
 def _impulse(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, e: Any) -> Any:
-    nx, ny, square = scalar.normal(nx, ny)
-    _, closing, (j1, j2) = scalar.in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, square, e)
-    p = (scalar.impulse(m1, m2, j1, j2, square),)
-    return fill(p, 0.0), p, closing, p[0], (m1, m2, e)
+    p, closing = scalar.impulse(m1, m2, v1x, v1y, v2x, v2y, nx, ny, e)
+    return fill((p,), 0.0), (p,), closing, p, (m1, m2, e)
 
 
 def _kernel_impulse(  # type: ignore[no-untyped-def]  # compiled only

@@ -1,8 +1,25 @@
-"""Contract 1: the error against 50 digits, over the whole range; and a climb towards the worst case."""
+"""Contract 1: the error against 50 digits, over the whole range; and climbs towards the worst case.
+
+Why 8 in the plane, to first order. Let u = 2**-53, no component before or after be above 1, e <= 1, W1 + W2 = 1 the
+exact shares of the masses, d = v1-v2, and J n the change of d. Then no component of W1 J n or W2 J n is above 2. In one
+component of what ball 1 gets (ball 2 is the same with W1 and W2 exchanged) `in_plane` and `changes` leave these errors:
+
+    the two components of d are rounded              (1+e) W1 (|dx nx| + |dy ny|) |nx| / n.n u     <= 4.83 W1 u
+    the high parts of d.n and n.n are rounded                                                         2 W1 J n u
+    the inner two steps of `left`, c (1 - (1+e) W1) and -e c:    (|1/(1+e) - W1| + e/(1+e)) W1 J n u  <= max(W1, W2) ...
+    w = m*inverse and w*q, 2 u of each ball: `left` leaves only by how much the two differ            4 W1 W2 J n u
+    j1 and the result itself are rounded                                                              W1 J n u + u
+
+With J n <= 2/max(W1, W2) that is (15 - 1.17 W1) u from W1 = 1/2 on and less below it: 14.4 u or 7.2 eps at most. On a
+line only the difference is rounded before, which leaves 5 eps. For e > 1 the first line grows as 1+e does, and the
+others stay below 17 u: 8 (1+e)/2 eps hold. In polar form sines, cosines and the components of v err by up to 2.7 u
+each; if all did so in the worst direction it would be 21 eps. The climbs do not come near: 10 is promised.
+"""
 
 import multiprocessing
 import os
 
+import climb
 import naive
 import numpy as np
 import pairs
@@ -11,7 +28,7 @@ import pytest
 import collide
 
 N = 200_000
-# In 2**-52 of the pair's largest velocity component before or after.
+# In 2**-52 of the pair's largest velocity component before or after, times climb.allowance(e).
 BOUND = {"resolve_2d": 8.0, "resolve_polar": 10.0, "resolve_1d": 8.0}
 
 
@@ -60,19 +77,41 @@ def test_line():
     assert error <= BOUND["resolve_1d"]
 
 
-@pytest.mark.parametrize("name", ["resolve_2d", "resolve_polar"])
-def test_climb_to_the_worst_case(name):
-    """From the worst of a sample, small steps in all arguments, those kept that make the error larger."""
-    rng = np.random.default_rng(7)
-    error, row = worst_error(name, getattr(pairs, "polar" if name == "resolve_polar" else "cartesian")(20_000, 4))
-    for step in np.geomspace(0.3, 1e-6, 40):
-        tries = np.array(row) * (1 + step * rng.standard_normal((100, len(row))))
-        tries[:, -1] = np.abs(tries[:, -1])
-        *inputs, e = tries.T
-        results = np.array(getattr(collide, name)(*inputs, restitution=e)).T.tolist()
-        error, row = max((error, row), worst_of((name, tries.tolist(), results)))
-    print(f"{name}: worst found {error:.2f} eps, at {row}")
-    assert error <= BOUND[name]
+@pytest.mark.parametrize("kind", climb.RESTITUTIONS)
+@pytest.mark.parametrize("name", BOUND)
+def test_climbs_to_the_worst_case(name, kind):
+    """Of the formula before this one, the first of these finds 8.96 in the plane; an hour on one processor, 9.6."""
+    climbs = [climb.climb(name, kind, seed, wide=wide) for seed, wide in ((0, False), (3, False), (0, True))]
+    error, row = max((error, pair.tolist()) for error, pair in climbs)
+    print(f"{name}, e {kind}: worst found {error:.2f} eps, at {row}")
+    assert 2.0 < error <= BOUND[name]
+    got = [float(u) for u in getattr(collide, name)(*row[:-1], restitution=row[-1])]
+    assert row_error(name, row, got) / climb.allowance(row[-1]) == pytest.approx(error, rel=0.01)
+
+
+@pytest.mark.parametrize("kind", climb.RESTITUTIONS)
+@pytest.mark.parametrize("name", BOUND)
+def test_climbs_are_ranked_as_50_digits_would(name, kind):
+    c = climb.starts(np.random.default_rng(1), name, kind, 300, True)
+    got = np.array(getattr(collide, name)(*c[:-1], restitution=c[-1], invalid="nan")).T.tolist()
+    errors = climb.errors_of(name, c)
+    assert np.mean(errors >= 0.0) > 0.9
+    for row, u, error in zip(c.T.tolist(), got, errors, strict=True):
+        if error >= 0.0:
+            assert row_error(name, row, u) / climb.allowance(row[-1]) == pytest.approx(error, rel=0.01, abs=0.01)
+
+
+# What climbs found of the formula before: 8.96 eps.
+_STEEP = """
+    6.229284154617753 2.2344062992341795 6.731657370568837 1.60330184565503 -8.323985036708882 0.4404045262260904
+    -0.17673994515131936 -0.008746495883388411 0.4999999999999999"""
+KNOWN = [[float(x) for x in _STEEP.split()], *([1.0, 1.0, 0.1, 0.3, 0.0, 0.0, 3.0, -1.0, e] for e in (1e3, 1e6))]
+
+
+@pytest.mark.parametrize("row", KNOWN)
+def test_known_cases(row):
+    got = collide.resolve_2d(*row[:-1], restitution=row[-1])
+    assert row_error("resolve_2d", row, got) <= 4.0
 
 
 def test_masses_and_normals_beyond_the_contract():
@@ -86,7 +125,26 @@ def test_masses_and_normals_beyond_the_contract():
                 assert row_error("resolve_2d", row, got) <= BOUND["resolve_2d"], row
 
 
-@pytest.mark.parametrize("length", [1e-300, 1e-200, 1e-100, 1e-59, 1.0, 1e59, 1e100, 1e200, 1e300])
+@pytest.mark.parametrize("name", ["resolve_2d", "resolve_1d"])
+def test_the_whole_range(name):
+    """Masses and normals of any size, subnormal ones too, and speeds from 1e-290 to 1e290."""
+    rng = np.random.default_rng(9)
+    n = 20_000
+    m = np.ldexp(rng.uniform(0.5, 1, (2, n)), rng.integers(-1074, 1025, (2, n)))
+    beside = rng.random(n) < 0.5
+    m[1, beside] = m[0, beside] * rng.uniform(0.5, 1, beside.sum())
+    apart = -rng.integers(0, 60, (6, n)) * (rng.random((6, n)) < 0.5)
+    v = np.ldexp(rng.uniform(-1, 1, (4, n)), rng.integers(-960, 963, n) + apart[:4])
+    v[0] = np.copysign(np.maximum(abs(v[0]), 1e-290), v[0])
+    normals = np.ldexp(rng.uniform(-1, 1, (2, n)), rng.integers(-1072, 1025, n) + apart[4:])
+    normals[0, ~normals.any(0)] = 5e-324
+    c = [*m, *v, *normals] if name == "resolve_2d" else [*m, *v[:2]]
+    got = np.array(getattr(collide, name)(*c, restitution=0.75)).T.tolist()
+    for row, u in zip(np.array([*c, np.full(n, 0.75)]).T.tolist(), got, strict=True):
+        assert row_error(name, row, u) <= 6.0, row
+
+
+@pytest.mark.parametrize("length", [5e-324, 1e-310, 1e-300, 1e-200, 1e-100, 1e-59, 1.0, 1e59, 1e100, 1e200, 1e300])
 @pytest.mark.parametrize("speed", [1e-290, 1e-200, 1e150, 1e290])
 def test_neither_speed_nor_length_depends_on_the_other(length, speed):
     for m2 in (1.0, 1e-300):

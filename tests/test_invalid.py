@@ -197,8 +197,8 @@ def test_nasty_numbers_side_by_side(name, dtype, approaching_only):
             v, closing = wide[2:4], wide[2] - wide[3]
         else:
             v = wide[2:6]
-            nx, ny, square = collide.scalar.normal(*wide[6:8])
-            closing = (v[0] - v[2]) * nx + (v[1] - v[3]) * ny
+            nx, ny, square, _ = collide.scalar.normal(*wide[6:8])
+            closing = sum(collide.scalar.in_two(v[0] - v[2], v[1] - v[3], nx, ny))
             valid &= (square > 0) & (square < INF)
         want = getattr(collide.scalar, name)(*wide)
         if approaching_only:
