@@ -193,9 +193,11 @@ def _impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
 
 @formula
 def _valid_impact(values: Any, results: Any, outputs: Any) -> Any:
+    """A time that is infinite is good; one that is too large for the outputs is not, and NaN in float64's place."""
     dx, dy, dvx, dvy, distance = values
     finite = (abs(dx) < math.inf) & (abs(dy) < math.inf) & (abs(dvx) < math.inf) & (abs(dvy) < math.inf)
-    return finite & (distance >= 0.0) & (distance < math.inf)
+    told = (results[0] == math.inf) | all_finite(results, outputs)
+    return finite & (distance >= 0.0) & (distance < math.inf) & told
 
 
 def _kernel_impact(  # type: ignore[no-untyped-def]  # compiled only

@@ -46,4 +46,6 @@ def reason(pair: Mapping[str, float]) -> str:
         return "nx = ny = 0: the normal must have a length"
     if pair.get("m1") == pair.get("m2") == math.inf:
         return "m1 = m2 = inf: two immovable balls cannot collide"
+    if "distance" in pair:
+        return "the balls meet, but at a time that is too large for the dtype of the result"
     return "the result of the collision, or a step on the way to it, is too large for the dtype of the result"

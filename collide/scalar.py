@@ -128,12 +128,14 @@ def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
     for d = (dx, dy) = x2-x1, w = (dvx, dvy) = v2-v1 and R = distance = r1+r2 >= 0, in any consistent set of units.
     0 if they touch or overlap and approach, inf if d.w >= 0, apart or not. An exact graze counts as touching, where
     twice the precision holds R^2 w^2 and (d x w)^2; of those that need more digits about one in twenty is taken for a
-    miss. Where R is below 1e-140 |d|, or d.w below 1e-290 |d||w|, products underflow, and plain Python may decide a
-    graze otherwise than a kernel.
+    miss. Where R is below 1e-140 |d|, or d.w below 1e-290 |d||w|, products underflow, and a graze may be decided
+    wrongly.
 
-    The root of |d + w t| = R that does not cancel, from sums of products in twice the precision: t is good to a few
-    units in the last place, far away and close by, up to 1e150 diameters away. In a near graze it is as good as the
-    arguments: an error of eps in one of them moves t by some eps R^2 / (R^2 - (d x w)^2/w^2), of R/|w|, and more.
+    The root of |d + w t| = R that does not cancel, from sums of products in twice the precision, up to 1e150 diameters
+    away: its error is at most 8 eps t + eps^2 d^2/|d.w|, eps = 2^-52. The second term is all there is to t where the
+    balls all but touch, when d^2 - R^2 is no more than the rounding of its terms. In a near graze t is as good as the
+    arguments: an error of eps in one of them moves it by some eps R^2 / (R^2 - (d x w)^2/w^2), of R/|w|, and more. NaN
+    where balls meet at a time that is too large for a float64.
 
     >>> collide.scalar.time_of_impact(5.0, 0.0, -1.0, 0.0, 2.0)
     np.float64(3.0)
@@ -144,7 +146,7 @@ def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
 
 @formula
 def impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> tuple[Any, Any]:
-    """The time of impact, and a number that is finite exactly if all arguments are."""
+    """The time of impact, NaN if it is too large for a float64, and a number that is small if all is well."""
     dx, dy, dvx, dvy = as_float64(dx), as_float64(dy), as_float64(dvx), as_float64(dvy)
     distance = as_float64(distance)
     # Lengths and velocities near 1, by powers of two: no product overflows, and few underflow.
@@ -165,10 +167,19 @@ def impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> tuple[Any, An
     under = (most - least) + (most_low - least_low)
     approach = along < 0.0
     t = gap / select(approach, square_root(select(under > 0.0, under, 0.0)) - along, 1.0)
-    # speed / length, as 2/length is the power of two for a length that is one.
-    unit = 0.5 * select(approach, speed, 1.0) * inverse_power_of_two(length, length)
-    meet = select(gap <= 0.0, 0.0, select(under >= 0.0, t * unit, math.inf))
-    return select(approach, meet, math.inf), along + gap
+    # speed / length, where 2/length is the power of two for a length that is one.
+    speed, unit = select(approach, speed, 1.0), inverse_power_of_two(length, length)
+    size, scaled = along + gap, t * (0.5 * speed * unit)
+    large = scaled > 2.0**127  # what a float32 does not hold
+    if any_lane(large):
+        # Perhaps only the product of the factors is too large: the larger first, with room for the t of subnormal
+        # velocities, up to 2**54.
+        slower = speed < unit
+        again = (t * (2.0**-60 * select(slower, unit, speed))) * (2.0**59 * select(slower, speed, unit))
+        scaled = select(large, select(again < math.inf, again, math.nan), scaled)
+        size = size + scaled
+    meet = select(gap <= 0.0, 0.0, select(under >= 0.0, scaled, math.inf))
+    return select(approach, meet, math.inf), size
 
 
 # The velocities after, the closing speed, positive when the pair approaches, and the changes (j1, j2, about j1+j2).

@@ -85,9 +85,10 @@ def meaning(function, values, shape, dtype, approaching_only):
     columns = [np.array(np.broadcast_to(np.asarray(v, np.float64), shape)) for v in values]
     with np.errstate(all="ignore"):
         if function == "time_of_impact":
-            good = np.isfinite(columns).all(axis=0) & (columns[4] >= 0)
-            t = np.asarray(collide.scalar.time_of_impact(*columns)).astype(dtype)
-            return [t], [np.full(shape, np.nan, dtype)], good
+            t = np.asarray(collide.scalar.time_of_impact(*columns))
+            told = (t == np.inf) | np.isfinite(t.astype(dtype))
+            good = np.isfinite(columns).all(axis=0) & (columns[4] >= 0) & told
+            return [t.astype(dtype)], [np.full(shape, np.nan, dtype)], good
         m1, m2, *_, e = columns
         good = (m1 >= 0) & (m2 >= 0) & (m1 + m2 > 0) & (e >= 0) & (e < np.inf)
         if function == "resolve_polar":

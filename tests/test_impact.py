@@ -91,14 +91,76 @@ RULES = [
     ("points that miss", (3.0, 4.0, -3.0, -4.0001, 0.0), INF),
     ("points that miss by eps**2", (1 + 2.0**-52, 1.0, -1 - 2.0**-51, -1 - 2.0**-52, 0.0), INF),
     ("touching, almost sideways", (3.0, 4.0, -0.5209080710996719, 0.39068105332475384, 5.0), 0.0),
-    ("a time too long for a float64", (1e200, 0.0, -1e-200, 0.0, 1.0), INF),
 ]
 
 
 @pytest.mark.parametrize(("pair", "want"), [pytest.param(*rule[1:], id=rule[0]) for rule in RULES])
 def test_rules(pair, want):
+    assert collide.time_of_impact(*pair) == collide.scalar.time_of_impact(*pair) == want
+
+
+TOO_LATE = "the balls meet, but at a time that is too large for the dtype of the result"
+
+
+def test_an_impact_too_far_in_the_future_is_not_told_as_never():
+    late = (1e200, 0.0, -1e-200, 0.0, 1.0)
+    with pytest.raises(collide.InvalidPairError, match=f"^{TOO_LATE}$"):
+        collide.time_of_impact(*late)
+    assert np.isnan(collide.time_of_impact(*late, invalid="nan"))
     with np.errstate(over="ignore"):
-        assert collide.time_of_impact(*pair) == collide.scalar.time_of_impact(*pair) == want
+        assert np.isnan(collide.scalar.time_of_impact(*late))
+    # One of two in an array, and of float32 where a float64 would do.
+    with pytest.raises(collide.InvalidPairError, match=f"^pair 1: {TOO_LATE}$"):
+        collide.time_of_impact([5.0, 1e200], 0.0, [-1.0, -1e-200], 0.0, 1.0)
+    c = [np.array(x, np.float32) for x in ([1e30, 1e30, 1e30], [0, 0, 2e30], [-1e-5, -1e-20, -1e-20], [0] * 3, [1] * 3)]
+    t = collide.time_of_impact(*c, invalid="nan")
+    np.testing.assert_array_equal(np.isnan(t), [False, True, False])
+    assert t[2] == INF
+    np.testing.assert_array_equal(collide.time_of_impact(*(x.astype(float) for x in c)) < INF, [True, True, False])
+
+
+def test_head_on_over_the_whole_range():
+    """Where t = (d - R)/w, or nothing that a float64 holds; a factor on the way must not decide that."""
+    rng = np.random.default_rng(6)
+    n = 20_000
+    d = rng.uniform(1, 2, n) * np.exp2(rng.integers(-1000, 1000, n))
+    w = rng.uniform(1, 2, n) * np.exp2(rng.integers(-1060, 1000, n))  # some are subnormal
+    reach = d * rng.choice([0.0, 0.5, 1 - 2.0**-10, 1 - 2.0**-50], n)
+    t = collide.time_of_impact(d, 0.0, -w, 0.0, reach, invalid="nan")
+    with np.errstate(over="ignore"):
+        np.testing.assert_array_equal(t, collide.scalar.time_of_impact(d, 0.0, -w, 0.0, reach))
+    largest = mpf(np.finfo(float).max)
+    late = 0
+    for k in range(n):
+        exact = (mpf(d[k]) - mpf(reach[k])) / mpf(w[k])
+        late += exact > largest
+        if abs(exact - largest) > 1e-10 * largest:
+            assert math.isnan(t[k]) == (exact > largest)
+        if exact <= largest * (1 - 1e-10):
+            assert abs(t[k] - exact) <= BOUND * naive.EPS * exact + 5e-324
+    assert 1000 < late < n / 2
+
+
+def test_balls_that_all_but_touch():
+    """R is |d| rounded, or next to it: what d^2 - R^2 is then made of is in the last of twice as many bits."""
+    rng = np.random.default_rng(8)
+    n = 10_000
+    dx, dy = rng.normal(size=(2, n)) * np.exp2(rng.integers(-3, 4, (2, n)))
+    wx, wy = np.where(rng.random(n) < 0.5, rng.normal(size=(2, n)), -rng.uniform(0.5, 2, n) * np.array([dx, dy]))
+    reach = np.hypot(dx, dy)
+    reach += rng.integers(-1, 2, n) * np.spacing(reach) * (rng.random(n) < 0.5)
+    t = collide.time_of_impact(dx, dy, wx, wy, reach)
+    worst = 0.0
+    for k in range(n):
+        exact = naive.time_of_impact(dx[k], dy[k], wx[k], wy[k], reach[k])
+        assert mpmath.isinf(exact) == math.isinf(t[k])
+        if not mpmath.isinf(exact):
+            x, y = mpf(dx[k]), mpf(dy[k])
+            touching = mpf(2) ** -104 * (x * x + y * y) / -(x * mpf(wx[k]) + y * mpf(wy[k]))
+            error = abs(mpf(float(t[k])) - exact)
+            assert error <= BOUND * naive.EPS * exact + touching
+            worst = max(worst, float(error / exact) if exact else 0.0)
+    assert worst > BOUND * naive.EPS  # the second term is needed
 
 
 def test_the_bits_are_those_of_one_pair_compiled_and_not():
