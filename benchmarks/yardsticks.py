@@ -189,7 +189,7 @@ def prange_plain(case: Case) -> Call:
 
 
 def prange_same(case: Case) -> Call:
-    """Numba's parallel loop over the library's own formula, with its guards over the whole floating-point range."""
+    """Numba's parallel loop over the library's own formula, with its guards for numbers of any size."""
     if case.form == "polar":
         raise MissingError("the library's sine in a scalar loop is no contestant in polar form")
     return _prange({"line": same_line, "plane": same_plane, "impact": same_impact}[case.form], case)

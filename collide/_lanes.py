@@ -188,7 +188,7 @@ def doubt(typingctx: Any, change: Any, outputs: Any, signs: Any) -> Any:
 
     The quick look before the exact one, an integer comparison of the change under the union of the signs. A finite
     velocity overflows only by a change of half its last bit, 2**970 for float64 and 2**103 for float32; the limits
-    leave room for a normal of length 2**36. A sum of changes does: of masses that are not negative they have one sign.
+    leave room for a normal of length 2**35. A sum of changes does: of masses that are not negative they have one sign.
     To ask the results themselves is three additions and ten cycles later, which cost a tenth of the speed in cache.
     """
     limit = (1023 + (930 if outputs.dtype.dtype == types.float64 else 65)) << 52

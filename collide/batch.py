@@ -234,8 +234,8 @@ def time_of_impact(
         t = (d^2 - R^2) / (sqrt(R^2 w^2 - (d x w)^2) - d.w)
 
     The root of |d + w t| = R that does not cancel. 0 for a pair that touches or overlaps and approaches; inf wherever
-    d.w >= 0, apart or not; an exact graze counts as touching (as far as twice the precision tells). The error is at
-    most 8 eps t + eps^2 d^2/|d.w|, eps = 2^-52: see `collide.scalar.time_of_impact`.
+    d.w >= 0, apart or not; an exact graze counts as touching. The error is at most 8 eps t + eps^2 d^2/|d.w|, with
+    eps = 2^-52: see `collide.scalar.time_of_impact` for that, and for what happens next to a graze.
 
     All arguments are numbers or arrays of bool, integer, float16, float32 or float64, and broadcast together by NumPy's
     rules; a scalar stays one. Units: any consistent set.
