@@ -24,9 +24,9 @@ import numba
 import numpy as np
 
 import collide
-from collide._arrays import resolve
-from collide._demo import numpy_2d, numpy_polar, random_pairs
-from collide._limit import CARTESIAN_LIMIT, IMPACT_LIMIT, LINE_LIMIT, POLAR_LIMIT
+from collide._cli.demo import numpy_2d, numpy_polar, random_pairs
+from collide._cli.limit import LIMIT_1D, LIMIT_2D, LIMIT_IMPACT, LIMIT_POLAR
+from collide._pairs.execution import resolve
 
 Array = np.ndarray[Any, np.dtype[Any]]
 FORMS = ("line", "plane", "polar", "impact")
@@ -95,7 +95,7 @@ def collide_itself(case: Case) -> Call:
 
 def bytes_only(case: Case) -> Call:
     """The memory limit: the same loads and stores, and next to no arithmetic."""
-    form = {"line": LINE_LIMIT, "plane": CARTESIAN_LIMIT, "polar": POLAR_LIMIT, "impact": IMPACT_LIMIT}[case.form]
+    form = {"line": LIMIT_1D, "plane": LIMIT_2D, "polar": LIMIT_POLAR, "impact": LIMIT_IMPACT}[case.form]
     columns = case.columns if case.form == "impact" else (*case.columns, 1.0)
     return lambda: resolve(form, columns, False, "raise", case.out)
 

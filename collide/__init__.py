@@ -1,15 +1,42 @@
-"""Elastic collisions of two balls, millions at once."""
+"""Elastic collisions of two balls, millions at once.
+
+    resolve_1d, resolve_2d, resolve_polar    velocities after the collisions of a batch of pairs
+    impulse_2d                               the impulses of the collisions
+    time_of_impact                           when pairs that move uniformly will touch
+    find_contacts, resolve_contacts          which balls of a state touch, and their collisions in order
+    set_num_threads, get_num_threads         how many threads a large batch may use
+    InvalidPairError                         what a pair without an answer raises
+    scalar                                   the formulas of one pair, for anyone's `@njit` code
+    collide.arrow, collide.dask              Arrow tables and Dask arrays; imported when they are asked for
+    python -m collide                        files of any size, and a demo
+
+Behind these doors is a room each, whose __init__.py says what it is for:
+
+    _system      threads, locks, how much memory there is
+    _compile     all that knows Numba and LLVM: options, kernels and their cache, lanes, loads and stores
+    _formulas    what the formulas of scalar.py stand on: exact sums and products, sine and cosine
+    _pairs       batches: the forms and their loop, the checks of arguments, the execution of a call
+    _contacts    ball states: grids, the search for contacts, their resolution in order
+    _tables      columns by name, files of every format block by block, conservation
+    _cli         what only the command line needs
+
+The way of a call of `resolve_2d`: batch.py hands its arguments to _pairs/execution.py, which takes arrays as they lie
+or passes them through blocks, and has _pairs/arguments.py say what is wrong with others. The kernel comes from the
+form, in _pairs/forms.py; _compile/kernel.py compiles it or finds it on disk. _system/threads.py cuts a large batch into
+shares. In each share _pairs/loop.py loads lanes, calls the formula of scalar.py on them, looks for invalid pairs and
+stores the results. errors.py says which rule the first invalid pair breaks.
+"""
 
 import sys
 
 if sys.byteorder != "little" or sys.maxsize < 2**63 - 1:
     raise ImportError("collide needs a 64-bit, little-endian platform: its kernels look at the bits of a float64")
 
-from ._starting import interruptible
+from ._cli.starting import interruptible
 
 with interruptible():
     from . import scalar
-    from ._threads import get_num_threads, set_num_threads
+    from ._system.threads import get_num_threads, set_num_threads
     from .batch import impulse_2d, resolve_1d, resolve_2d, resolve_polar, time_of_impact
     from .contacts import find_contacts, resolve_contacts
     from .errors import InvalidPairError

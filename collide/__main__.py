@@ -17,19 +17,19 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ._starting import interruptible
+from ._cli.starting import interruptible
 
 with interruptible():
-    from . import _numpy_files, _output, _stream, _tables
+    from ._tables import by_name, numpy_files, replacement, stream
 
 # By the modules and the names of classes: pyarrow is imported where it is needed.
 _SUFFIXES = {
-    ".npz": "_numpy_files.Archive",
-    ".parquet": "_arrow_files.Parquet",
-    ".arrow": "_ipc_files.Ipc",
-    ".arrows": "_ipc_files.IpcStream",
-    ".feather": "_ipc_files.Ipc",
-    ".csv": "_csv_files.Csv",
+    ".npz": "numpy_files.Archive",
+    ".parquet": "arrow_files.Parquet",
+    ".arrow": "ipc_files.Ipc",
+    ".arrows": "ipc_files.IpcStream",
+    ".feather": "ipc_files.Ipc",
+    ".csv": "csv_files.Csv",
 }
 _KNOWN = f"a folder of .npy files, or one of {', '.join(_SUFFIXES)}"
 
@@ -52,7 +52,7 @@ def _run(options: argparse.Namespace) -> int:
             options.run(options)
     except UsageError as error:
         return _fail(error, 2)
-    except _tables.TableError as error:
+    except by_name.TableError as error:
         return _fail(f"{options.input}: {error}", 1)
     except MemoryError as error:
         return _fail(f"{options.input}: {str(error) or 'out of memory'}", 1)
@@ -88,7 +88,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True)
     demo = commands.add_parser("demo", help="time ten million random pairs on this machine")
     demo.set_defaults(run=_demonstrate, input="demo", output="demo")
-    columns = "; ".join(f"{name}: {' '.join(form.columns[:-1])}" for name, form in _tables.FORMS.items())
+    columns = "; ".join(f"{name}: {' '.join(form.columns[:-1])}" for name, form in by_name.FORMS.items())
     one = commands.add_parser(
         "resolve",
         help="resolve the pairs in a file",
@@ -100,7 +100,7 @@ def _parser() -> argparse.ArgumentParser:
     one.add_argument("input", metavar="INPUT", type=Path)
     one.add_argument("-o", "--output", metavar="OUTPUT", type=Path, required=True)
     one.add_argument("--overwrite", action="store_true", help="replace OUTPUT if it is there")
-    one.add_argument("--form", choices=tuple(_tables.FORMS), help="default: the one whose columns are there")
+    one.add_argument("--form", choices=tuple(by_name.FORMS), help="default: the one whose columns are there")
     one.add_argument(
         "--columns",
         metavar="m1=NAME,...",
@@ -125,9 +125,9 @@ def _names(text: str) -> dict[str, str]:
 
 def _demonstrate(options: argparse.Namespace) -> None:
     with interruptible():
-        from . import _demo
+        from ._cli import demo
     try:
-        _demo.main()
+        demo.main()
         print(end="", flush=True)
     except OSError:
         _give_up_output()
@@ -140,26 +140,26 @@ def resolve(options: argparse.Namespace) -> None:
     target = _checked(options.input, options.output, kind, options.overwrite)
     with contextlib.closing(kind(options.input)) as source:
         try:
-            how = _tables.options(options.restitution, options.approaching_only, options.invalid)
-            columns = _tables.choose(source.names, options.form, options.columns, how)
+            how = by_name.options(options.restitution, options.approaching_only, options.invalid)
+            columns = by_name.choose(source.names, options.form, options.columns, how)
             for name in columns.outputs:
                 if not source.is_folder and name.encode(errors="ignore").decode() != name:
                     raise ValueError(f"--columns: {name!r}: must be Unicode text, except in a folder")
-        except _tables.TableError:
+        except by_name.TableError:
             raise
         except ValueError as error:
             raise UsageError(error) from None
         with _bar(options.quiet) as progress:
-            report = _stream.resolve(source, target, options.overwrite, columns, how, progress)
+            report = stream.resolve(source, target, options.overwrite, columns, how, progress)
     if not options.quiet:
         _say(_sentence(report))
 
 
-def _kind(path: Path) -> Callable[[Path], _stream.Source]:
+def _kind(path: Path) -> Callable[[Path], stream.Source]:
     """The format of an input."""
     try:
         if path.is_dir():
-            return _numpy_files.Folder
+            return numpy_files.Folder
         if not path.is_file():
             raise UsageError(f"{path}: {'is not a file' if path.exists() else 'no such file'}")
     except OSError as error:
@@ -169,7 +169,7 @@ def _kind(path: Path) -> Callable[[Path], _stream.Source]:
         raise UsageError(f"{path}: must be {_KNOWN}")
     try:
         with interruptible():
-            return getattr(importlib.import_module(f".{module}", __package__), name)  # type: ignore[no-any-return]
+            return getattr(importlib.import_module(f"._tables.{module}", __package__), name)  # type: ignore[no-any-return]
     except ImportError:
         raise UsageError(f"{path}: needs pyarrow: pip install pyarrow") from None
 
@@ -195,7 +195,7 @@ def _checked(source: Path, target: Path, kind: Any, overwrite: bool) -> Path:
             raise UsageError(f"{target}: the input lies in it")
         if suffix in _SUFFIXES:
             raise UsageError(f"{target}: must be the name of a folder, as the input is one, and not of a {suffix} file")
-        if target.exists() and not _output.columns_only(target):
+        if target.exists() and not replacement.columns_only(target):
             raise UsageError(
                 f"{target}: is there, and not a folder of .npy files only, which --overwrite would replace"
             )
@@ -248,13 +248,13 @@ def _bar(quiet: bool) -> Iterator[Callable[[int, int | None], None]]:
         yield progress
 
 
-def _sentence(report: _stream.Report) -> str:
+def _sentence(report: stream.Report) -> str:
     kept = report.conservation
     left_out = kept.n_pairs - kept.n_counted
     return (
-        f"{_tables.counted(kept.n_pairs, 'pair')}, {report.n_invalid:,} of them invalid; "
+        f"{by_name.counted(kept.n_pairs, 'pair')}, {report.n_invalid:,} of them invalid; "
         f"relative change of total momentum {kept.momentum:.1e}, of total energy {kept.energy:.1e}"
-        + (f" ({_tables.counted(left_out, 'pair')} without a finite energy not counted)" if left_out else "")
+        + (f" ({by_name.counted(left_out, 'pair')} without a finite energy not counted)" if left_out else "")
     )
 
 

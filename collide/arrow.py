@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 import numpy as np
 import pyarrow as pa
 
-from . import _tables
-from ._tables import ColumnTypeError, TableError
+from ._tables import by_name
+from ._tables.by_name import ColumnTypeError, TableError
 from .errors import InvalidPairError
 
 __all__ = ["resolve"]
@@ -35,7 +35,7 @@ def resolve(
     data: a pyarrow RecordBatch or Table. The columns of its form have one of the types bool, integer, halffloat,
         float and double and no nulls; they are read where they lie, without a copy (bool apart). All columns of the
         input, and its metadata, are in the result, sharing its memory.
-    form: "1d": m1, m2, v1, v2 give u1, u2; "cartesian": m1, m2, v1x, v1y, v2x, v2y, nx, ny give u1x, u1y, u2x, u2y;
+    form: "1d": m1, m2, v1, v2 give u1, u2; "2d": m1, m2, v1x, v1y, v2x, v2y, nx, ny give u1x, u1y, u2x, u2y;
         "polar": m1, m2, v1, theta1, v2, theta2, phi give the same. None: the one whose columns are there. Each may
         have a column restitution. The equations and units are those of `resolve_1d`, `resolve_2d`, `resolve_polar`.
     columns: the names of columns that are called otherwise, by these names; of added ones too.
@@ -53,14 +53,14 @@ def resolve(
     """
     if not isinstance(data, pa.RecordBatch | pa.Table):
         raise TypeError(f"data is of type {type(data).__name__}: must be a pyarrow RecordBatch or Table")
-    options = _tables.options(restitution, approaching_only, invalid)
-    chosen = _tables.choose(data.schema.names, form, columns, options)
+    options = by_name.options(restitution, approaching_only, invalid)
+    chosen = by_name.choose(data.schema.names, form, columns, options)
     batches = data.to_batches() if isinstance(data, pa.Table) else [data]
     results: list[list[Any]] = [[] for _ in chosen.outputs]
     start, errors = 0, []
     for batch in batches or [no_rows(data.schema, chosen)]:
         arrays = to_numpy(batch, chosen, start)
-        _, outputs, error = _tables.resolve(chosen, arrays, options)
+        _, outputs, error = by_name.resolve(chosen, arrays, options)
         for pieces, u in zip(results, outputs, strict=True):
             pieces.append(pa.array(u))
         if error:
@@ -73,12 +73,12 @@ def resolve(
     return data
 
 
-def no_rows(schema: Any, columns: _tables.Columns) -> Any:
+def no_rows(schema: Any, columns: by_name.Columns) -> Any:
     """A table of the columns that collide. Of others, pyarrow cannot make an empty one of every type."""
     return pa.schema([schema.field(name) for name in columns.inputs.values()]).empty_table()
 
 
-def to_numpy(batch: Any, columns: _tables.Columns, start: int) -> dict[str, Array]:
+def to_numpy(batch: Any, columns: by_name.Columns, start: int) -> dict[str, Array]:
     """The columns that collide, by their arguments, without a copy. `start`: the number of the batch's first row."""
     arrays = {}
     for argument, name in columns.inputs.items():
@@ -89,7 +89,7 @@ def to_numpy(batch: Any, columns: _tables.Columns, start: int) -> dict[str, Arra
         if column.null_count:
             row = start + column.is_null().index(True).as_py()
             raise TableError(
-                f"column {name}: row {row}: is null ({_tables.counted(column.null_count, 'null')} from here on)"
+                f"column {name}: row {row}: is null ({by_name.counted(column.null_count, 'null')} from here on)"
             )
         if isinstance(column, pa.ChunkedArray):
             column = column.combine_chunks()

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.ma import MaskedArray
 from numpy.typing import ArrayLike
 
-from . import _neighbours
-from ._arrays import as_array, gives_nan, overlap
-from ._kernels import CARTESIAN
-from ._sequential import CHECK, RESOLVE
+from ._contacts import search
+from ._contacts.in_order import CHECK, RESOLVE
+from ._pairs.arguments import as_array, gives_nan, overlap
+from ._pairs.forms import FORM_2D
 from .errors import InvalidPairError, reason
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -85,7 +85,7 @@ def find_contacts(
             raise ValueError(f"box[{k}] = {side}: must be at least {2.0 * reach}, twice as far as balls touch")
     if x.size > _MOST_BALLS:
         raise ValueError(f"x has {x.size} elements: at most {_MOST_BALLS} balls can be searched")
-    return Contacts(*_neighbours.contacts(x, y, radius, bounds, sides, gap))
+    return Contacts(*search.contacts(x, y, radius, bounds, sides, gap))
 
 
 def resolve_contacts(
@@ -133,7 +133,7 @@ def resolve_contacts(
     >>> vx
     array([0., 0., 1.])
     """
-    nan, given = gives_nan(invalid, CARTESIAN.rules), (i, j)
+    nan, given = gives_nan(invalid, FORM_2D.rules), (i, j)
     i, j = _numbers("i", i), _numbers("j", j)
     _check_length("j", j, "i", i.size)
     x, y = _columns(x, y)
@@ -150,14 +150,14 @@ def resolve_contacts(
 
     inputs = [a.copy() if any(overlap(a, u) for u in outputs.values()) else a for a in (i, j, m, x, y, e)]
     targets = [np.ascontiguousarray(u) for u in outputs.values()]
-    witness = np.empty(len(CARTESIAN.columns))
+    witness = np.empty(len(FORM_2D.columns))
     results = targets if len(targets) == 3 else [*targets, np.empty(0)]
     n_resolved, n_invalid, first = RESOLVE.compiled(*inputs, *sides, nan, *results, witness)
     for u, target in zip(outputs.values(), targets, strict=True):
         if u is not target:
             u[...] = target
     if n_invalid and invalid == "raise":
-        pair = dict(zip(CARTESIAN.columns, witness.tolist(), strict=True))
+        pair = dict(zip(FORM_2D.columns, witness.tolist(), strict=True))
         raise InvalidPairError((first,), n_invalid, f"balls {i[first]} and {j[first]}, as 1 and 2: {reason(pair)}")
     return int(n_resolved)
 

@@ -26,8 +26,10 @@ import dask
 import dask.array as da
 import numpy as np
 
-from . import _arrays, _threads, batch
-from ._kernels import CARTESIAN, IMPACT, IMPULSE, LINE_FORM, POLAR
+from . import batch
+from ._pairs import arguments, execution
+from ._pairs.forms import FORM_1D, FORM_2D, FORM_POLAR, IMPACT, IMPULSE
+from ._system import threads
 from .errors import InvalidPairError
 
 __all__ = ["impulse_2d", "resolve_1d", "resolve_2d", "resolve_polar", "time_of_impact"]
@@ -135,7 +137,7 @@ def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any, *, inval
 _MOST_DIMENSIONS = 64  # of NumPy's arrays; the results of a chunk lie in one array, which has one more
 
 # By name: kernels stay where they have been compiled.
-_FORMS = {"line": LINE_FORM, "plane": CARTESIAN, "polar": POLAR, "impulse": IMPULSE, "impact": IMPACT}
+_FORMS = {"line": FORM_1D, "plane": FORM_2D, "polar": FORM_POLAR, "impulse": IMPULSE, "impact": IMPACT}
 
 
 def _lazily(form: str, inputs: Sequence[Any], approaching_only: Any, invalid: Any) -> list[Any]:
@@ -146,15 +148,15 @@ def _lazily(form: str, inputs: Sequence[Any], approaching_only: Any, invalid: An
     for name, array in arrays.items():
         if any(math.isnan(size) for sizes in array.chunks for size in sizes):
             raise ValueError(f"{name} has chunks of unknown sizes: call its compute_chunk_sizes() first")
-    shape = _arrays.broadcast_shape(list(arrays), list(arrays.values()))  # or an error that names them
+    shape = arguments.broadcast_shape(list(arrays), list(arrays.values()))  # or an error that names them
     if len(shape) >= _MOST_DIMENSIONS:
         raise ValueError(f"arguments of {len(shape)} dimensions: must have fewer than {_MOST_DIMENSIONS}")
     none = {**values, **{name: np.empty(0, array.dtype) for name, array in arrays.items()}}
-    like, _ = _arrays.attempt(_FORMS[form], tuple(none.values()), approaching_only, invalid, None)
+    like, _ = execution.attempt(_FORMS[form], tuple(none.values()), approaching_only, invalid, None)
     dtype = like[0].dtype
     if not arrays:  # one of the numbers is the array, of its own dtype: a number that decides on the result's, if any
-        name = next((name for name, value in values.items() if type(value) not in _arrays.WEAK), columns[0])
-        arrays = {name: da.asarray(_arrays.as_array(name, values[name]))}
+        name = next((name for name, value in values.items() if type(value) not in arguments.WEAK), columns[0])
+        arrays = {name: da.asarray(arguments.as_array(name, values[name]))}
     values.update(zip(arrays, da.broadcast_arrays(*arrays.values()), strict=True))
     chunks = values[next(iter(arrays))].chunks
     stacked = da.map_blocks(
@@ -176,10 +178,10 @@ def _lazily(form: str, inputs: Sequence[Any], approaching_only: Any, invalid: An
 def _array(name: str, value: Any) -> Any:
     """A Dask array, or None for a number."""
     if not dask.is_dask_collection(value):
-        value = _arrays.as_array(name, value)
+        value = arguments.as_array(name, value)
         return da.asarray(value) if value.ndim else None
     array = da.asarray(value)
-    _arrays.as_array(name, array._meta)
+    arguments.as_array(name, array._meta)
     return array
 
 
@@ -201,10 +203,12 @@ def _resolve_chunk(
     """The outputs of a chunk, as one array."""
     # A block may have another dtype than its array says.
     inputs = tuple(b if kind is None else np.asarray(b, kind) for b, kind in zip(blocks, dtypes, strict=True))
-    shape = _arrays.broadcast_shape(_FORMS[form].columns, [*map(np.asarray, inputs)])
+    shape = arguments.broadcast_shape(_FORMS[form].columns, [*map(np.asarray, inputs)])
     stacked = np.empty((len(_FORMS[form].outputs), *shape), result)
-    with _threads.alone():
-        _, error = _arrays.attempt(_FORMS[form], inputs, *options, tuple(stacked[k, ...] for k in range(len(stacked))))
+    with threads.alone():
+        _, error = execution.attempt(
+            _FORMS[form], inputs, *options, tuple(stacked[k, ...] for k in range(len(stacked)))
+        )
     if error and options[1] == "raise":
         index = (start[b] + i for start, b, i in zip(starts, block_id[1:], error.index, strict=True))
         raise InvalidPairError(tuple(index), error.count, error.reason)

@@ -23,11 +23,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ._elementwise import as_float64, inverse_power_of_two, is_beyond, select, square_root
-from ._exact import dot, fused, two_dot, two_product, two_sum
-from ._jit import formula
-from ._lanes import any_lane
-from ._sincos import sincos
+from ._compile.elementwise import as_float64, inverse_power_of_two, is_beyond, select, square_root
+from ._compile.lanes import any_lane
+from ._compile.options import formula
+from ._formulas.exact import dot, fused, two_dot, two_product, two_sum
+from ._formulas.sincos import sincos
 
 __all__ = ["impulse_2d", "resolve_1d", "resolve_2d", "resolve_polar", "time_of_impact"]
 

@@ -11,8 +11,8 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 import collide
-from collide import _arrow_files, _csv_files, _stream
 from collide.__main__ import main
+from collide._tables import arrow_files, csv_files, stream
 
 N = 1000
 RNG = np.random.default_rng(0)
@@ -27,7 +27,7 @@ PLANE = _columns("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny")
 POLAR = _columns("m1", "m2", "v1", "theta1", "v2", "theta2", "phi")
 FORMS = {
     "1d": (LINE, collide.resolve_1d),
-    "cartesian": (PLANE, collide.resolve_2d),
+    "2d": (PLANE, collide.resolve_2d),
     "polar": (POLAR, collide.resolve_polar),
 }
 
@@ -89,9 +89,9 @@ ROWS = 300
 
 def make_small_blocks(monkeypatch):
     """So that a table of a thousand rows has several."""
-    monkeypatch.setattr(_stream, "ROWS", ROWS)
-    monkeypatch.setattr(_arrow_files, "BLOCK_BYTES", 1 << 15)
-    monkeypatch.setattr(_csv_files, "_TEXT_BYTES", 1 << 14)
+    monkeypatch.setattr(stream, "ROWS", ROWS)
+    monkeypatch.setattr(arrow_files, "BLOCK_BYTES", 1 << 15)
+    monkeypatch.setattr(csv_files, "_TEXT_BYTES", 1 << 14)
 
 
 def assert_refused(capsys, target, *words):

@@ -78,14 +78,14 @@ def test_types(kinds, result):
 def test_nothing_is_copied(monkeypatch):
     """What the kernel reads and writes lies where the columns lie."""
     seen = []
-    attempt = collide.arrow._tables._arrays.attempt
+    attempt = collide.arrow.by_name.execution.attempt
 
     def looking(form, inputs, *rest):
         outputs, error = attempt(form, inputs, *rest)
         seen.append([a.ctypes.data for a in (*inputs[:-1], *outputs)])
         return outputs, error
 
-    monkeypatch.setattr(collide.arrow._tables._arrays, "attempt", looking)
+    monkeypatch.setattr(collide.arrow.by_name.execution, "attempt", looking)
     batch = pa.record_batch(PLANE)
     result = collide.arrow.resolve(batch)
     assert seen == [[column.buffers()[1].address for column in result.columns]]
@@ -130,7 +130,7 @@ def test_an_invalid_pair_is_named_by_its_row_in_the_table():
 
 WRONG = {
     "data": (TypeError, {"data": {"m1": [1.0]}}, "data is of type dict"),
-    "form": (ValueError, {"form": "2d"}, "form = '2d': must be None or one of '1d', 'cartesian', 'polar'"),
+    "form": (ValueError, {"form": "cartesian"}, "form = 'cartesian': must be None or one of '1d', '2d', 'polar'"),
     "missing": (ValueError, {"form": "polar"}, "missing column theta1, theta2, phi"),
     "missing, of no form": (ValueError, {"columns": {"m1": "x"}}, "missing column x"),
     "unknown argument": (ValueError, {"columns": {"mass": "m1"}}, "'mass' is not among m1, m2"),

@@ -15,7 +15,8 @@ from numba import types
 from numba.core import config
 
 import collide
-from collide import _cache, _jit
+from collide._compile import cache as _cache
+from collide._compile import kernel as _kernel
 
 # The mark tells the answers of the formula and of its edit apart.
 SHOW = "print('u1 =', collide.resolve_1d([1.0], [3.0], [4.0], [0.0]).u1[0])"
@@ -218,7 +219,7 @@ def loads(cache, monkeypatch):
     monkeypatch.setattr(_cache.DiskCache, "load_overload", load_overload)
 
     def call():
-        assert _jit.Kernel(add, types.int64(types.int64, types.int64), "add").compiled(3, 4) == 7
+        assert _kernel.Kernel(add, types.int64(types.int64, types.int64), "add").compiled(3, 4) == 7
         return found.pop() is not None
 
     return call
@@ -334,7 +335,7 @@ def test_nothing_is_kept_where_files_have_no_rights(cache, loads, monkeypatch):
 def test_platform_without_owners_and_rights(cache, loads, monkeypatch):
     for name in ("geteuid", "fchmod", "O_NONBLOCK", "O_NOFOLLOW"):
         monkeypatch.delattr(os, name)
-    spec = importlib.util.spec_from_file_location("collide._cache", _cache.__file__)
+    spec = importlib.util.spec_from_file_location("collide._compile.cache", _cache.__file__)
     there = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(there)
     for name in ("_OWNED", "_CAREFUL"):
@@ -396,7 +397,7 @@ def test_kernels_of_another_python_are_others(cache, loads, monkeypatch):
 
 
 def test_sources_in_subfolders_count(tmp_path, monkeypatch):
-    monkeypatch.setattr(_cache, "__file__", str(tmp_path / "_cache.py"))
+    monkeypatch.setattr(_cache, "_PACKAGE", tmp_path)
     seen = {_cache._sources_digest()}
     assert seen == {""}
     for place in ("a.py", "sub/a.py", "sub/b.py", "sub/sub/a.py"):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from tables import ENVIRONMENT, FORMATS, LINE, assert_refused, resolve, write
 
-from collide import _arrow_files, _numpy_files
+from collide._tables import arrow_files, numpy_files
 
 MANY = {name: np.resize(column, 30_000) for name, column in LINE.items()}  # a hundred blocks
 
@@ -20,12 +20,12 @@ MANY = {name: np.resize(column, 30_000) for name, column in LINE.items()}  # a h
 CHANGING = """
 import contextlib, io, json, os, shutil, sys
 from pathlib import Path
-from collide import _arrow_files, _csv_files, _stream
+from collide._tables import arrow_files, csv_files, stream
 from collide.__main__ import main
 
 source, target = map(Path, sys.argv[1:3])
-_stream.ROWS, _arrow_files.BLOCK_BYTES, _csv_files._TEXT_BYTES = 300, 1 << 15, 1 << 14
-resolve = _stream._tables.resolve
+stream.ROWS, arrow_files.BLOCK_BYTES, csv_files._TEXT_BYTES = 300, 1 << 15, 1 << 14
+resolve = stream.by_name.resolve
 file = source / "v1.npy" if source.is_dir() else source
 content = file.read_bytes()
 shutil.copyfile(file, source.with_name("spare"))
@@ -50,7 +50,7 @@ def run(block, change, n):
         return resolve(*arguments)
 
     file.write_bytes(content)
-    _stream._tables.resolve = resolving
+    stream.by_name.resolve = resolving
     said = io.StringIO()
     with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
         status = main(["resolve", str(source), "-o", str(target)])
@@ -93,7 +93,7 @@ def test_a_column_that_does_not_collide_and_changes_while_it_is_copied(n_bytes, 
     source, target = write(tmp_path / "a", LINE), tmp_path / "out" / "b"
     target.parent.mkdir()
     (source / "other.npy").write_bytes(bytes(10_000))
-    size = _numpy_files.size
+    size = numpy_files.size
 
     def changing(handle):
         n = size(handle)
@@ -101,7 +101,7 @@ def test_a_column_that_does_not_collide_and_changes_while_it_is_copied(n_bytes, 
             os.truncate(source / "other.npy", n_bytes)
         return n
 
-    monkeypatch.setattr(_numpy_files, "size", changing)
+    monkeypatch.setattr(numpy_files, "size", changing)
     assert resolve(source, target) == 1
     assert_refused(capsys, target, source, "column other: the file has changed while it was read, from 10,000 to")
 
@@ -110,14 +110,14 @@ def test_rows_that_a_parquet_file_does_not_have(tmp_path, monkeypatch, capsys):
     """For pyarrow, what is not there is the end."""
     source, target = write(tmp_path / "a.parquet", LINE), tmp_path / "out" / "b.parquet"
     target.parent.mkdir()
-    select = _arrow_files.Parquet.select
+    select = arrow_files.Parquet.select
 
     def selecting(self, columns):
         os.truncate(source, 0)
         return select(self, columns)
 
-    monkeypatch.setattr(_arrow_files.Parquet, "select", selecting)
-    monkeypatch.setattr(_arrow_files, "check_size", lambda handle, n_bytes, where: None)
+    monkeypatch.setattr(arrow_files.Parquet, "select", selecting)
+    monkeypatch.setattr(arrow_files, "check_size", lambda handle, n_bytes, where: None)
     assert resolve(source, target) == 1
     assert_refused(capsys, target, source, "row 0: cannot be read (there are 0 rows, not 1,000)")
 

@@ -14,9 +14,10 @@ import pytest
 import tables
 
 import collide
-from collide import _demo, _stream, _tables
 from collide.__main__ import UsageError, main
-from collide._conservation import Conservation
+from collide._cli import demo
+from collide._tables import by_name, stream
+from collide._tables.conservation import Conservation
 
 N = 100
 FORMS = {
@@ -223,10 +224,10 @@ def without(columns, *names):
 
 BAD_TABLES = {
     "missing column": (without(LINE, "v2"), ["v2"]),
-    "missing columns": (without(CARTESIAN, "m1", "ny"), ["m1", "ny", "cartesian"]),
+    "missing columns": (without(CARTESIAN, "m1", "ny"), ["m1", "ny", "2d"]),
     "missing polar column": (without(POLAR, "phi", "v1"), ["phi", "v1", "polar"]),
-    "two forms": (CARTESIAN | POLAR, ["cartesian", "polar"]),
-    "two forms, one of them on a line": (CARTESIAN | LINE, ["1d", "cartesian"]),
+    "two forms": (CARTESIAN | POLAR, ["2d", "polar"]),
+    "two forms, one of them on a line": (CARTESIAN | LINE, ["1d", "2d"]),
     "no form": ({"x": np.arange(3.0)}, ["missing column", "m1"]),
     "no column": ({}, ["missing column", "m1"]),
     "too short": (LINE | {"v1": np.ones(98)}, ["column v1", "98", "100", "row 98"]),
@@ -519,7 +520,7 @@ def test_termination_while_writing_leaves_nothing(source, target):
 
 ENDINGS = {
     "done": (None, 0),
-    "the data": (_tables.TableError("column m1"), 1),
+    "the data": (by_name.TableError("column m1"), 1),
     "the usage": (UsageError("in"), 2),
     "memory": (MemoryError(), 1),
     "the system": (OSError(28, "No space left"), 1),
@@ -542,10 +543,10 @@ def test_signal_handlers_are_put_back(ours, ending, source, target, monkeypatch)
             signal.raise_signal(what)
         elif what:
             raise what
-        return _stream.Report(Conservation(), 0)
+        return stream.Report(Conservation(), 0)
 
     write(source, LINE)
-    monkeypatch.setattr(_stream, "resolve", end)
+    monkeypatch.setattr(stream, "resolve", end)
     before = [signal.signal(number, ours) for number in (signal.SIGTERM, signal.SIGHUP)]
     try:
         if code is None:
@@ -595,7 +596,7 @@ COMMANDS = {
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("at", ["numpy", "llvmlite.binding", "collide.batch", "collide._tables", "pyarrow.lib"])
+@pytest.mark.parametrize("at", ["numpy", "llvmlite.binding", "collide.batch", "collide._tables.by_name", "pyarrow.lib"])
 def test_an_interrupt_of_imports(at, command, tmp_path):
     """Whatever they make of exceptions."""
     (tmp_path / "in.csv").write_text("m1,m2,v1,v2\n1,1,1,1\n")
@@ -662,7 +663,7 @@ def test_help_names_every_column():
 
 
 def test_demo_prints_speed_and_drift(capsys):
-    _demo.main(n=100_000, rounds=2)
+    demo.main(n=100_000, rounds=2)
     text = capsys.readouterr().out
     number = r"([\d.]+(?:e[-+]\d+)?)"
     for form in ("Cartesian", "polar"):
@@ -691,7 +692,7 @@ def test_demo_that_fails_says_so(error, words, monkeypatch, capsys):
     def failing():
         raise error
 
-    monkeypatch.setattr(_demo, "main", failing)
+    monkeypatch.setattr(demo, "main", failing)
     assert status("demo") == 1
     assert capsys.readouterr().err == f"collide: demo: {words}\n"
 
@@ -699,7 +700,8 @@ def test_demo_that_fails_says_so(error, words, monkeypatch, capsys):
 def test_demo_without_room_for_its_output():
     """Which shows when it is flushed."""
     code = (
-        "from collide import __main__, _demo; _demo.main = lambda: print(1); raise SystemExit(__main__.main(['demo']))"
+        "from collide import __main__; from collide._cli import demo; demo.main = lambda: print(1); "
+        "raise SystemExit(__main__.main(['demo']))"
     )
     with Path("/dev/full").open("w") as full:
         done = subprocess.run([sys.executable, "-c", code], stdout=full, stderr=subprocess.PIPE, text=True, check=False)

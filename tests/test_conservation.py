@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import collide
-from collide._conservation import Conservation
-from collide._kernels import CARTESIAN, LINE_FORM, POLAR
+from collide._pairs.forms import FORM_1D, FORM_2D, FORM_POLAR
+from collide._tables.conservation import Conservation
 
 N = 1003  # and a ragged end
 RNG = np.random.default_rng(0)
@@ -16,9 +16,9 @@ V = RNG.normal(size=(4, N))
 ANGLES = RNG.uniform(-np.pi, np.pi, (3, N))
 SPEEDS = np.hypot(V[0], V[1]), np.hypot(V[2], V[3])
 CASES = {
-    "line": (LINE_FORM, (*M, V[0], V[1]), collide.resolve_1d),
-    "plane": (CARTESIAN, (*M, *V, *RNG.normal(size=(2, N))), collide.resolve_2d),
-    "polar": (POLAR, (*M, SPEEDS[0], ANGLES[0], SPEEDS[1], ANGLES[1], ANGLES[2]), collide.resolve_polar),
+    "line": (FORM_1D, (*M, V[0], V[1]), collide.resolve_1d),
+    "plane": (FORM_2D, (*M, *V, *RNG.normal(size=(2, N))), collide.resolve_2d),
+    "polar": (FORM_POLAR, (*M, SPEEDS[0], ANGLES[0], SPEEDS[1], ANGLES[1], ANGLES[2]), collide.resolve_polar),
 }
 
 
@@ -86,7 +86,7 @@ def test_numbers_and_float32_in_place_of_columns():
     v = V[0].astype(np.float32)
     u = collide.resolve_1d(0.7, 3, v, 0.0)
     assert u.u1.dtype == np.float32
-    kept = report(LINE_FORM, (0.7, 3, v, 0.0), u)
+    kept = report(FORM_1D, (0.7, 3, v, 0.0), u)
     momentum, energy = exact(np.full(N, 0.7), np.full(N, 3.0), (v, np.zeros(N)), u)
     assert kept.momentum == pytest.approx(momentum, rel=1e-12, abs=0.0)
     assert kept.energy == pytest.approx(energy, rel=1e-12, abs=0.0)
@@ -111,10 +111,10 @@ def test_pairs_without_a_finite_energy_are_not_counted(m2, v2, rule):
     m, v = M[1].copy(), V[1].copy()
     m[[3, 500, N - 1]], v[[3, 500, N - 1]] = m2, v2
     u = collide.resolve_1d(M[0], m, V[0], v, invalid=rule)
-    kept = report(LINE_FORM, (M[0], m, V[0], v), u)
+    kept = report(FORM_1D, (M[0], m, V[0], v), u)
     rest = np.ones(N, bool)
     rest[[3, 500, N - 1]] = False
-    others = report(LINE_FORM, (M[0][rest], m[rest], V[0][rest], v[rest]), [x[rest] for x in u])
+    others = report(FORM_1D, (M[0][rest], m[rest], V[0][rest], v[rest]), [x[rest] for x in u])
     assert (kept.n_pairs, kept.n_counted) == (N, N - 3)
     assert kept.momentum == pytest.approx(others.momentum, rel=1e-9, abs=1e-30)
     assert kept.energy == pytest.approx(others.energy, rel=1e-9, abs=1e-30)
@@ -127,16 +127,16 @@ def test_nothing_at_all():
 
 def test_a_loss_shows():
     u = collide.resolve_1d(1.0, 1.0, [3.0, 1.0], [0.0, 0.0])
-    kept = report(LINE_FORM, (1.0, 1.0, np.array([3.0, 1.0]), 0.0), [u.u1, u.u2 * 0.5])
+    kept = report(FORM_1D, (1.0, 1.0, np.array([3.0, 1.0]), 0.0), [u.u1, u.u2 * 0.5])
     assert kept.momentum == -0.5
     assert kept.energy == -0.75
 
 
 def test_lanes_that_cancel_are_added_exactly():
     v1, u1 = np.array([0.0, 0.0, 0.0, 1.0]), np.array([1e16, 1.0, -1e16, 1.0])
-    assert report(LINE_FORM, (1.0, 1.0, v1, v1), [u1, v1]).momentum == 0.5
+    assert report(FORM_1D, (1.0, 1.0, v1, v1), [u1, v1]).momentum == 0.5
 
 
 def test_fast_light_balls_count():
-    kept = report(LINE_FORM, (1e-200, 1e-200, np.array([1e160]), np.array([0.0])), [np.array([0.0]), np.array([1e160])])
+    kept = report(FORM_1D, (1e-200, 1e-200, np.array([1e160]), np.array([0.0])), [np.array([0.0]), np.array([1e160])])
     assert (kept.n_counted, kept.momentum, kept.energy) == (1, 0.0, 0.0)

@@ -37,14 +37,14 @@ def several(u):
 def calls(monkeypatch):
     """How many chunks are resolved, and on which threads of how many."""
     seen = []
-    attempt = collide.dask._arrays.attempt
+    attempt = collide.dask.execution.attempt
 
     def counting(form, inputs, *rest):
         if any(np.size(a) for a in inputs if np.ndim(a)):
-            seen.append((threading.get_ident(), collide._threads.is_shared(1 << 30)))
+            seen.append((threading.get_ident(), collide._system.threads.is_shared(1 << 30)))
         return attempt(form, inputs, *rest)
 
-    monkeypatch.setattr(collide.dask._arrays, "attempt", counting)
+    monkeypatch.setattr(collide.dask.execution, "attempt", counting)
     return seen
 
 
@@ -193,8 +193,8 @@ def test_on_threads_no_more_run_than_dask_has(calls, keep_threads, monkeypatch):
     """Not even for chunks that a plain call would share out."""
     collide.set_num_threads(4)
     columns = [da.from_array(RNG.uniform(0.5, 2.0, 1_000_000), chunks=250_000) for _ in range(4)]
-    invite, invited = collide._threads._invite, []
-    monkeypatch.setattr(collide._threads, "_invite", lambda those: (invited.append(those), invite(those)))
+    invite, invited = collide._system.threads._invite, []
+    monkeypatch.setattr(collide._system.threads, "_invite", lambda those: (invited.append(those), invite(those)))
     with dask.config.set(scheduler="threads", num_workers=2):
         dask.compute(*collide.dask.resolve_1d(*columns))
     assert len({thread for thread, _ in calls}) <= 2

@@ -39,7 +39,7 @@ from tables import (
 )
 
 import collide
-from collide import _arrow_files, _ipc_files, _stream
+from collide._tables import arrow_files, by_name, ipc_files, stream
 
 
 @pytest.fixture(autouse=True)
@@ -196,13 +196,11 @@ def test_long_rows_make_short_blocks(dictionary, tmp_path):
     """Also where they are stored once for all, and where those before them are short."""
     table = pa.table({**LINE, "long": pa.array(["x" * 5000] * N)})
     short = pa.table({**LINE, "long": pa.array([""] * N)})
-    for suffix, kind in ((".parquet", _arrow_files.Parquet), (".arrow", _ipc_files.Ipc)):
+    for suffix, kind in ((".parquet", arrow_files.Parquet), (".arrow", ipc_files.Ipc)):
         options = {"use_dictionary": dictionary, "row_group_size": N} if suffix == ".parquet" else {}
         source = write(tmp_path / f"a{suffix}", pa.concat_tables([short, short, table]), **options)
         opened = kind(source)
-        opened.select(
-            collide._tables.choose(table.column_names, None, None, collide._tables.options(None, False, "raise"))
-        )
+        opened.select(by_name.choose(table.column_names, None, None, by_name.options(None, False, "raise")))
         assert next(block.n_rows for block in opened.blocks() if block.start >= 2 * N) <= 8
 
 
@@ -222,7 +220,7 @@ def test_names_are_mapped(paths):
 def test_form_decides_where_columns_would_do_for_several(paths, capsys):
     write(paths[0], {**POLAR, **PLANE})
     assert resolve(*paths) == 1
-    assert_refused(capsys, paths[1], paths[0], "more than one form", "cartesian, polar")
+    assert_refused(capsys, paths[1], paths[0], "more than one form", "2d, polar")
     assert resolve(*paths, "--form", "1d") == 0
     columns = {name: {**POLAR, **PLANE}[name] for name in LINE}
     np.testing.assert_array_equal(np.asarray(read(paths[1])["u1"]), collide.resolve_1d(**columns).u1)
@@ -244,7 +242,7 @@ def test_restitution_as_a_column_and_as_a_number(paths):
         (["--columns", "m1"], ["NAME=COLUMN"]),
         (["--columns", "m1=a,m1=b"], ["NAME=COLUMN"]),
         (["--columns", "mass=a"], ["'mass'", "m1"]),
-        (["--form", "2d"], ["2d", "cartesian"]),
+        (["--form", "cartesian"], ["cartesian", "2d"]),
         (["--restitution", "much"], ["much"]),
         (["--restitution", "-1"], ["restitution = -1.0"]),
         (["--restitution", "nan"], ["restitution = nan"]),
@@ -806,7 +804,7 @@ def test_items_are_made_ahead_in_order_in_one_thread():
             yield k
 
     taken = []
-    for item in _stream.ahead(items()):
+    for item in stream.ahead(items()):
         time.sleep(0.02)
         assert item + 1 < len(made) <= item + 4 or item >= 8  # not all of them, which would not fit
         taken.append(item)
@@ -821,14 +819,14 @@ def test_an_error_on_the_way_comes_through_after_what_was_before_it():
 
     taken = []
     with pytest.raises(ValueError, match="no second"):
-        for item in _stream.ahead(items()):
+        for item in stream.ahead(items()):
             taken.append(item)
     assert taken == [1]
 
 
 def test_who_stops_asking_leaves_no_thread_behind():
     before = threading.active_count()
-    for item in _stream.ahead(iter(range(1000))):
+    for item in stream.ahead(iter(range(1000))):
         if item == 3:
             break
     del item

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import collide
-from collide import _grid, _neighbours
+from collide._contacts import grid as _grid
+from collide._contacts import search as _search
 
 
 def check(x, y, radius, **options):
@@ -118,7 +119,7 @@ def test_a_ball_in_the_far_distance(far, axis):
 
 def peak_of(x, y):
     """The contacts of balls of radius 1, if they take up to 100 bytes a ball beyond themselves."""
-    _neighbours._spare.clear()
+    _search._spare.clear()
     tracemalloc.start()
     i, j = collide.find_contacts(x, y, 1.0)
     _, peak = tracemalloc.get_traced_memory()
@@ -149,7 +150,7 @@ def test_all_in_one_place(monkeypatch):
     assert i.size == n * (n - 1) // 2
     np.testing.assert_array_equal(np.unique(i * n + j), np.flatnonzero(np.triu(np.ones((n, n)), 1)))
     assert collide.find_contacts(np.zeros(n), np.zeros(n), 0.0).i.size == i.size
-    monkeypatch.setattr(_neighbours, "_memory", lambda: 160_000)
+    monkeypatch.setattr(_search.memory, "installed", lambda: 160_000)
     with pytest.raises(MemoryError, match="more than 10,000 contacts: there is no memory for a list of them"):
         collide.find_contacts(np.zeros(n), np.zeros(n), 1.0)
 
@@ -157,17 +158,17 @@ def test_all_in_one_place(monkeypatch):
 def test_no_more_contacts_than_there_is_memory_for(monkeypatch):
     n = 40_000  # shares for several threads, none of which has too many alone
     x, y, _ = scatter(n, 0.5, np.random.default_rng(8))
-    monkeypatch.setattr(_neighbours, "_MANY", 1000)
-    monkeypatch.setattr(_neighbours, "_free_memory", lambda: 16 * 30_000)
+    monkeypatch.setattr(_search, "_MANY", 1000)
+    monkeypatch.setattr(_search.memory, "free", lambda: 16 * 30_000)
     with pytest.raises(MemoryError, match=r"^\d\d,\d\d\d contacts: there is no memory for a list of them"):
         collide.find_contacts(x, y, 1.0)
-    monkeypatch.setattr(_neighbours, "_free_memory", lambda: 16 * 90_000)
+    monkeypatch.setattr(_search.memory, "free", lambda: 16 * 90_000)
     assert 30_000 < collide.find_contacts(x, y, 1.0).i.size < 90_000
 
 
 def test_one_radius_for_all_is_one_level():
-    assert len(_neighbours._levels(np.zeros(1), (0.0, 0.0), 0.0, 10**6)) == 1
-    assert len(_neighbours._levels(np.ones(1), (1.0, 1.0), 0.0, 10**6)) == 1
+    assert len(_search.levels_of(np.zeros(1), (0.0, 0.0), 0.0, 10**6)) == 1
+    assert len(_search.levels_of(np.ones(1), (1.0, 1.0), 0.0, 10**6)) == 1
 
 
 def test_distances_whose_squares_underflow():
@@ -177,12 +178,12 @@ def test_distances_whose_squares_underflow():
 
 
 def test_a_large_room_is_given_back():
-    _neighbours._spare.clear()
+    _search._spare.clear()
     x, y, _ = scatter(300_000, 0.4, np.random.default_rng(9))
     collide.find_contacts(x, y, 1.0)
-    assert sum(room.size for room in _neighbours._spare) <= 1 << 24
+    assert sum(room.size for room in _search._spare) <= 1 << 24
     collide.find_contacts(x[:1000], y[:1000], 1.0)
-    assert len(_neighbours._spare) == 1
+    assert len(_search._spare) == 1
 
 
 @pytest.mark.usefixtures("keep_threads")
@@ -335,7 +336,7 @@ def test_nothing_makes_it_quadratic(trap, periodic, monkeypatch):
         def compiled(self):
             return lambda *arguments: seen.append(arguments) or _grid.SEARCH.compiled(*arguments)
 
-    monkeypatch.setattr(_neighbours, "SEARCH", Search())
+    monkeypatch.setattr(_search, "SEARCH", Search())
     collide.find_contacts(x, y, radius, box=box if periodic else None)
     _, _, _, _, _, ends, grids, *_ = seen[0]
     slots = [*grids["slot"], ends.size - 1]

@@ -12,7 +12,7 @@ from mpmath import mpf
 from test_published import cases
 
 import collide
-from collide import _exact
+from collide._formulas import exact as _exact
 
 INF, NAN = np.inf, np.nan
 BOUND = 8  # eps, relative; the worst found in 200,000 encounters was 1.9

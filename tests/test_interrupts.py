@@ -26,7 +26,7 @@ faulthandler.dump_traceback_later(100, exit=True)
 import numpy as np
 
 import collide
-from collide import _threads
+from collide._system import threads
 
 random.seed(int(sys.argv[1]))
 collide.set_num_threads(4)
@@ -181,7 +181,7 @@ for _ in range(300):
     assert (call().u1 == -2.0).all()
 print(kept(), threading.active_count())
 threading.stack_size(0)
-print((call().u1 == -2.0).all(), len(_threads._workers) > 0)
+print((call().u1 == -2.0).all(), len(threads._workers) > 0)
 """
     assert python(code) == "0 1\nTrue True\n"
 
@@ -204,7 +204,7 @@ for k in range(200):
     except KeyboardInterrupt:
         signal.setitimer(signal.ITIMER_REAL, 0)
         hits += 1
-print(hits, kept(), len(_threads._workers) < 20, right())
+print(hits, kept(), len(threads._workers) < 20, right())
 """
     assert python(code) == "200 0 True True\n"
 
@@ -230,7 +230,8 @@ while time.monotonic() < end:
     except KeyboardInterrupt:
         hits += 1
 signal.signal(signal.SIGALRM, signal.SIG_IGN)
-print(hits, right(), len(collide._jit._makers) < 200, collide.resolve_2d(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)[2])
+made = collide._compile.kernel._makers
+print(hits, right(), len(made) < 200, collide.resolve_2d(1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)[2])
 """
 
 
@@ -288,7 +289,7 @@ for dtype, writable in itertools.product((np.float64, np.float32), (True, False)
         lambda: collide.resolve_contacts([0], [1], 1.0, [0.0, 1.0], [0.0, 0.0], np.zeros(2), np.zeros(2)),
     ]
     for call in calls:
-        make, collide._jit.Kernel._made = collide._jit.Kernel._made, lambda kernel: made(kernel)
+        make, collide._compile.kernel.Kernel._made = collide._compile.kernel.Kernel._made, lambda kernel: made(kernel)
 
         def made(kernel):
             compiled = make(kernel)
@@ -297,7 +298,7 @@ for dtype, writable in itertools.product((np.float64, np.float32), (True, False)
 
         call()
         assert not asked, asked
-        collide._jit.Kernel._made = make
+        collide._compile.kernel.Kernel._made = make
 print("none")
 """
     assert python(code) == "none\n"

@@ -20,7 +20,7 @@ from tables import (
     write,
 )
 
-from collide import _output
+from collide._tables import replacement
 
 
 @pytest.fixture(autouse=True)
@@ -53,7 +53,7 @@ def test_an_output_survives_an_error_in_the_last_block(paths):
 def test_without_the_systems_exchange_a_folder_is_replaced_in_steps(tmp_path, monkeypatch):
     write(tmp_path / "a", LINE)
     write(tmp_path / "b", {"old": LINE["m1"]})
-    monkeypatch.setattr(_output.ctypes, "CDLL", lambda name, **options: object())
+    monkeypatch.setattr(replacement.ctypes, "CDLL", lambda name, **options: object())
     assert resolve(tmp_path / "a", tmp_path / "b", "--overwrite") == 0
     assert set(read(tmp_path / "b")) == {*LINE, "u1", "u2"}
     assert sorted(tmp_path.iterdir()) == [tmp_path / "a", tmp_path / "b"]
@@ -62,7 +62,7 @@ def test_without_the_systems_exchange_a_folder_is_replaced_in_steps(tmp_path, mo
 def test_a_folder_that_cannot_be_replaced_comes_back(tmp_path, monkeypatch, capsys):
     write(tmp_path / "a", LINE)
     write(tmp_path / "b", {"old": LINE["m1"]})
-    monkeypatch.setattr(_output.ctypes, "CDLL", lambda name, **options: object())
+    monkeypatch.setattr(replacement.ctypes, "CDLL", lambda name, **options: object())
     rename, calls = Path.rename, []
 
     def failing(self, target):
@@ -118,12 +118,12 @@ def test_a_full_disk(paths, capsys):
 
 STOPPED = """
 import sys, time
-from collide import _csv_files, _stream
+from collide._tables import csv_files, stream
 from collide.__main__ import main
 
-_stream.ROWS = 300
-_csv_files._TEXT_BYTES = 1 << 14
-resolve = _stream._tables.resolve
+stream.ROWS = 300
+csv_files._TEXT_BYTES = 1 << 14
+resolve = stream.by_name.resolve
 calls = []
 
 def slow(*arguments):
@@ -133,7 +133,7 @@ def slow(*arguments):
         time.sleep(60 if sys.argv.pop() == "kill" else 3)
     return resolve(*arguments)
 
-_stream._tables.resolve = slow
+stream.by_name.resolve = slow
 sys.exit(main(sys.argv[1:-1]))
 """
 
@@ -311,20 +311,24 @@ def test_an_input_in_the_output(how, overwrite, tmp_path, capsys):
 
 def when_all_is_written(monkeypatch, action):
     """And has not its name yet."""
-    sync, done = _output._sync, []
+    sync, done = replacement._sync, []
 
     def syncing(path):
         if not done:
             done.append(action())
         sync(path)
 
-    monkeypatch.setattr(_output, "_sync", syncing)
+    monkeypatch.setattr(replacement, "_sync", syncing)
 
 
 SYSTEMS = {
     "this system": lambda monkeypatch: None,
-    "no renameat2": lambda monkeypatch: monkeypatch.setattr(_output.ctypes, "CDLL", lambda name, **options: object()),
-    "no such renameat2": lambda monkeypatch: monkeypatch.setattr(_output, "_renameat2", lambda one, other, how: False),
+    "no renameat2": lambda monkeypatch: monkeypatch.setattr(
+        replacement.ctypes, "CDLL", lambda name, **options: object()
+    ),
+    "no such renameat2": lambda monkeypatch: monkeypatch.setattr(
+        replacement, "_renameat2", lambda one, other, how: False
+    ),
 }
 
 
@@ -389,7 +393,7 @@ def test_a_name_that_is_taken_for_nothing_is_given_back(error, paths, monkeypatc
 def test_a_column_that_appears_in_the_old_folder_when_it_is_removed_stays_there(tmp_path, monkeypatch):
     """Who holds it open may still write to it."""
     source, target = write(tmp_path / "a", LINE), write(tmp_path / "b", {"old": LINE["m1"]})
-    monkeypatch.setattr(_output, "columns_only", lambda path: (path / "late.txt").write_text("late") == 4)
+    monkeypatch.setattr(replacement, "columns_only", lambda path: (path / "late.txt").write_text("late") == 4)
     assert resolve(source, target, "--overwrite") == 0
     (old,) = tmp_path.glob(".*")
     assert [path.name for path in old.iterdir()] == ["late.txt"]

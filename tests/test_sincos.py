@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from collide import _sincos
+from collide._formulas import sincos as _sincos
 
 ULP = 1.0
 

@@ -12,48 +12,69 @@ import collide
 
 PACKAGE = Path(collide.__file__).parent
 # Each module imports from earlier lines only.
-ORDER = [
-    ["_starting", "_cache", "_locks", "_output"],
-    ["_jit"],
-    ["_lanes"],
-    ["_elementwise", "_memory"],
-    ["_exact"],
-    ["_sincos"],
-    ["scalar"],
-    ["_kernels", "errors", "_threads"],
-    ["_limit", "_arrays", "_grid"],
-    ["_neighbours", "_sequential", "_conservation", "_tables"],
-    ["batch", "contacts", "arrow", "_stream"],
-    ["_numpy_files", "_arrow_files", "dask"],
-    ["_ipc_files", "_csv_files"],
-    ["__init__"],
-    ["_demo"],
-    ["__main__"],
-]
+ORDER = """
+    _cli.starting  _system.locks  _compile.cache  _tables.replacement
+    _compile.options
+    _compile.kernel
+    _compile.lanes
+    _compile.elementwise  _compile.memory
+    _compile.gather
+    _formulas.exact
+    _formulas.sincos
+    scalar
+    _pairs.loop
+    _pairs.forms  errors  _system.threads  _system.memory  _pairs.arguments
+    _cli.limit  _pairs.execution  _contacts.grid
+    _contacts.layout
+    _contacts.search  _contacts.in_order  _tables.conservation  _tables.by_name
+    batch  contacts  arrow  _tables.stream
+    _tables.numpy_files  _tables.arrow_files  dask
+    _tables.ipc_files  _tables.csv_files
+    __init__
+    _cli.demo
+    __main__
+"""
+RANK = {name: i for i, line in enumerate(ORDER.splitlines()) for name in line.split()}
+MODULES = [path for path in sorted(PACKAGE.rglob("*.py")) if path.parent.name != "examples"]
+ROOMS = {path.parent.name for path in MODULES} - {PACKAGE.name}
 OPTIONS = re.compile(
     r"^\s*@(numba\.)?(n?jit|(gu)?vectorize)\b|\b(n?jit|register_jitable)\(|fastmath|error_model", re.MULTILINE
 )
-RANK = {name: i for i, names in enumerate(ORDER) for name in names}
+
+
+def name_of(path):
+    return ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
 
 
 def imports(path):
+    """The modules that one takes something from, by the package's own names."""
+    here = name_of(path).split(".")[:-1]
     for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.ImportFrom) and node.level == 1:
+        if isinstance(node, ast.ImportFrom) and node.level > 0:
+            base = [*here[: len(here) + 1 - node.level], *(node.module or "").split(".")]
             for alias in node.names:
-                name = node.module or alias.name
-                yield name if name in RANK else "__init__"
+                whole = ".".join(part for part in (*base, alias.name) if part)
+                yield next((name for name in (whole, whole.rpartition(".")[0]) if name in RANK), "__init__")
 
 
-@pytest.mark.parametrize("path", sorted(PACKAGE.glob("*.py")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
 def test_imports_run_one_way(path):
-    assert path.stem in RANK, "a new module needs its place in the order"
+    if path.name == "__init__.py" and path.parent != PACKAGE:
+        assert not list(imports(path))
+        return
+    assert name_of(path) in RANK, "a new module needs its place in the order"
     for name in imports(path):
-        assert RANK[name] < RANK[path.stem] or (path.stem, name) == ("__main__", "_demo")
+        assert RANK[name] < RANK[name_of(path)], name
 
 
-@pytest.mark.parametrize("path", sorted(PACKAGE.glob("*.py")), ids=lambda path: path.stem)
+def test_every_room_says_what_it_is_for():
+    for room in ROOMS:
+        assert len(ast.get_docstring(ast.parse((PACKAGE / room / "__init__.py").read_text()))) > 20
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
 def test_compile_options_are_in_one_place(path):
-    if path.stem != "_jit":
+    if name_of(path) != "_compile.options":
         assert not OPTIONS.search(path.read_text())
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import collide
-from collide import _threads
+from collide._system import threads as _threads
 
 pytestmark = pytest.mark.usefixtures("keep_threads")
 
@@ -28,7 +28,7 @@ def batch(form, n=SIZE):
     rng = np.random.default_rng(0)
     function, columns = {
         "1d": (collide.resolve_1d, 4),
-        "cartesian": (collide.resolve_2d, 8),
+        "2d": (collide.resolve_2d, 8),
         "polar": (collide.resolve_polar, 7),
     }[form]
     arguments = [rng.uniform(0.5, 2.0, n) for _ in range(columns)]
@@ -161,7 +161,7 @@ def test_default_number_of_threads_keeps_to_the_quota(files, quota, tmp_path, mo
 
 
 # The larger batch is one whose outputs stream past the caches.
-@pytest.mark.parametrize(("form", "n"), [("1d", SIZE), ("cartesian", SIZE), ("polar", SIZE), ("1d", 1_100_003)])
+@pytest.mark.parametrize(("form", "n"), [("1d", SIZE), ("2d", SIZE), ("polar", SIZE), ("1d", 1_100_003)])
 def test_bits_do_not_depend_on_the_number_of_threads(form, n):
     function, arguments = batch(form, n)
     collide.set_num_threads(1)
@@ -246,7 +246,7 @@ print(answers)
 
 
 def test_daemon_thread_may_call():
-    function, arguments = batch("cartesian")
+    function, arguments = batch("2d")
     collide.set_num_threads(2)
     expected, got = function(*arguments), []
     caller = threading.Thread(target=lambda: got.append(function(*arguments)), daemon=True)
@@ -257,7 +257,7 @@ def test_daemon_thread_may_call():
 
 def test_share_may_call_in_its_turn():
     """With one worker, busy with the outer share, the inner call must not wait for it."""
-    code = f"from collide import _threads\n{BATCH}\nprint(all(_threads.run(lambda start, stop: right(), n)))"
+    code = f"from collide._system import threads\n{BATCH}\nprint(all(threads.run(lambda start, stop: right(), n)))"
     assert python(code).stdout == "True\n"
 
 
@@ -371,7 +371,7 @@ def test_forked_child_may_call():
 def test_forked_child_has_threads_of_its_own():
     code = f"""{BATCH}{FORK}
 import threading
-from collide import _threads
+from collide._system import threads as _threads
 
 def right():
     together = threading.Barrier(2)

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from . import _tables
-from ._conservation import Conservation
-from ._output import output
-from ._tables import TableError
+from . import by_name
+from .by_name import TableError
+from .conservation import Conservation
+from .replacement import output
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Item = TypeVar("Item")
@@ -45,7 +45,7 @@ class Source(ABC):
     n_rows: int | None  # None: not known yet
 
     @abstractmethod
-    def select(self, columns: _tables.Columns) -> dict[str, Array]:
+    def select(self, columns: by_name.Columns) -> dict[str, Array]:
         """Settles which columns collide, and checks them; gives them without rows."""
 
     @abstractmethod
@@ -72,18 +72,18 @@ def resolve(
     source: Source,
     target: Path,
     overwrite: bool,
-    columns: _tables.Columns,
-    options: _tables.Options,
+    columns: by_name.Columns,
+    options: by_name.Options,
     progress: Callable[[int, int | None], Any],
 ) -> Report:
     """Resolves the pairs of one file into another; tells `progress` of each block's rows, and of all, when known."""
-    _, like, _ = _tables.resolve(columns, source.select(columns), options)
+    _, like, _ = by_name.resolve(columns, source.select(columns), options)
     outputs = dict(zip(columns.outputs, map(np.asarray, like), strict=True))
     conservation = Conservation()
 
     def results() -> Iterator[tuple[Block, Sequence[Array], int]]:
         for block in ahead(source.blocks()):
-            inputs, after, error = _tables.resolve(columns, block.arrays, options)
+            inputs, after, error = by_name.resolve(columns, block.arrays, options)
             if error and options.invalid == "raise":
                 others = f" ({error.count} invalid pairs up to row {block.start + block.n_rows - 1})"
                 row = block.start + (error.index[0] if error.index else 0)

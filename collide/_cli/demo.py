@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from . import _arrays, batch, get_num_threads
-from ._conservation import Conservation
-from ._kernels import CARTESIAN, POLAR, Form
-from ._limit import CARTESIAN_LIMIT, POLAR_LIMIT
+from .. import batch, get_num_threads
+from .._pairs import execution
+from .._pairs.forms import FORM_2D, FORM_POLAR, Form
+from .._tables.conservation import Conservation
+from .limit import LIMIT_2D, LIMIT_POLAR
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -54,10 +55,10 @@ def main(n: int = 10_000_000, rounds: int = 7) -> None:
     cartesian, polar = random_pairs(n)
     out = tuple(np.zeros(n) for _ in range(4))
     print(f"{n:,} random pairs, float64, {get_num_threads()} threads; medians of interleaved rounds\n")
-    _compare("Cartesian", batch.resolve_2d, numpy_2d, CARTESIAN_LIMIT, cartesian, out, rounds)
-    print(_drift(CARTESIAN, cartesian, out))
-    _compare("polar", batch.resolve_polar, numpy_polar, POLAR_LIMIT, polar, out, rounds)
-    print(_drift(POLAR, polar, out))
+    _compare("Cartesian", batch.resolve_2d, numpy_2d, LIMIT_2D, cartesian, out, rounds)
+    print(_drift(FORM_2D, cartesian, out))
+    _compare("polar", batch.resolve_polar, numpy_polar, LIMIT_POLAR, polar, out, rounds)
+    print(_drift(FORM_POLAR, polar, out))
     print(f"{time.perf_counter() - began:.1f} s in all")
 
 
@@ -67,7 +68,7 @@ def _compare(
     """Prints how the batch function does against the NumPy expression and the memory limit."""
     n = out[0].size
     contestants: dict[str, Callable[[], Any]] = {
-        "limit": lambda: _arrays.resolve(limit, (*columns, 1.0), False, "raise", out),
+        "limit": lambda: execution.resolve(limit, (*columns, 1.0), False, "raise", out),
         "NumPy": lambda: in_numpy(*columns),
         "collide": lambda: resolve(*columns, out=out),
     }

@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 from numba import from_dtype, types
 
-from ._elementwise import select
-from ._jit import Kernel, formula, rare
-from ._lanes import count, leading
-from ._memory import WINDOW, put_pairs, window
+from .._compile.elementwise import select
+from .._compile.gather import WINDOW, put_pairs, window
+from .._compile.kernel import Kernel
+from .._compile.lanes import count, leading
+from .._compile.options import formula, rare
 
 LEVELS = 32  # sizes below 2**-31 of the largest share the last grid
 CHUNK = 1 << 13  # balls that are brought into the order of slots together

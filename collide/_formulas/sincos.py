@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from ._elementwise import differ_above, flip_sign, fma, lowest_bit, select
-from ._exact import two_sum
-from ._jit import compiles, formula, rare
-from ._lanes import Lanes, any_lane, get, out_of_line, put
+from .._compile.elementwise import differ_above, flip_sign, fma, lowest_bit, select
+from .._compile.lanes import Lanes, any_lane, get, out_of_line, put
+from .._compile.options import compiles, formula, rare
+from .exact import two_sum
 
 _TWO_OVER_PI = 2 / math.pi
 # pi/2 in three doubles.

@@ -22,7 +22,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from . import _locks
+from . import locks
 
 Result = TypeVar("Result")
 
@@ -112,7 +112,7 @@ def run(task: Callable[[int, int], Result], n: int, grain: int = _GRAIN, work: i
     invitations = [_Invitation(todo) for _ in range(min(threads, count) - 1)]
     # However often the call is interrupted, no thread may go on writing into its arrays when it has ended. Each of
     # these is one step, and the interpreter looks for interrupts after a step: so it comes to both, from wherever.
-    withdraw, wait = todo.clear, _locks.waiting([i.lock for i in invitations])
+    withdraw, wait = todo.clear, locks.waiting([i.lock for i in invitations])
     try:
         try:
             _invite(invitations)
@@ -166,12 +166,12 @@ class _Invitation:
     """
 
     def __init__(self, todo: deque[_Share[Any]]) -> None:
-        self._todo, self.lock = todo, _locks.take()
+        self._todo, self.lock = todo, locks.take()
         self._other = [None]  # who is still to leave
 
     def accept(self) -> None:
         """What the worker does: from the other end, so that each thread's shares adjoin."""
-        if not _locks.acquire_at_once(self.lock):
+        if not locks.acquire_at_once(self.lock):
             return self.leave()
         try:
             while self._todo and (share := _next(self._todo.pop)):
@@ -181,7 +181,7 @@ class _Invitation:
                     share.error = error
         finally:
             self.leave()  # first: with the lock the caller is awake, and waits for the GIL
-            _locks.release(self.lock)
+            locks.release(self.lock)
         return None
 
     def leave(self) -> None:
@@ -189,7 +189,7 @@ class _Invitation:
         try:
             self._other.pop()
         except IndexError:
-            _locks.give_back(self.lock)
+            locks.give_back(self.lock)
 
 
 def _invite(invitations: list[_Invitation]) -> None:
@@ -246,7 +246,7 @@ def _after_fork() -> None:
     """A forked child has none of the workers, and a queue that another thread may have been changing."""
     global _workers, _invitations
     _workers, _invitations = [], SimpleQueue()
-    _locks.after_fork()
+    locks.after_fork()
 
 
 if hasattr(os, "register_at_fork"):

@@ -12,10 +12,10 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from . import _stream
-from ._stream import Array, Block, Source, Write, check_size, size
-from ._tables import Columns, TableError
-from .arrow import no_rows, to_numpy
+from ..arrow import no_rows, to_numpy
+from . import stream
+from .by_name import Columns, TableError
+from .stream import Array, Block, Source, Write, check_size, size
 
 UNREADABLE = (pa.ArrowException, OSError, EOFError, UnicodeError)
 BLOCK_BYTES = 1 << 24  # where rows are long, a block has fewer of them
@@ -144,9 +144,9 @@ class Parquet(ArrowFile):
         group = self._metadata.row_group(g)
         first = next(self._table.iter_batches(_FIRST, row_groups=[g]), None)
         if first is None:
-            return _stream.ROWS
+            return stream.ROWS
         longest = max(first.get_total_buffer_size() / first.num_rows, group.total_byte_size / group.num_rows)
-        return max(1, min(_stream.ROWS, int(BLOCK_BYTES / longest)))
+        return max(1, min(stream.ROWS, int(BLOCK_BYTES / longest)))
 
     def _column(self, name: str) -> Iterator[Any]:
         for g in range(self._metadata.num_row_groups):

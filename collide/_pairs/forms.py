@@ -1,4 +1,4 @@
-"""The batch loops: load lanes, call the formula of scalar.py, store lanes. A kernel runs without the GIL.
+"""The forms of a batch: their columns and outputs, the step that calls the formula of scalar.py, and what is valid.
 
 In every form the masses are the first two columns and the restitution is the last.
 """
@@ -12,110 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from . import scalar
-from ._jit import Kernel, formula, rare
-from ._lanes import LINE, all_finite, any_lane, count, doubt, fill, first, get, leading, out_of_line, select_each
-from ._memory import is_usual, lead, load, overlap, store
-
-# Outputs of this many bytes each and more will have left the caches before anybody reads them: they stream past.
-STREAM_BYTES = 1 << 21
-
-
-@formula
-def _loop(
-    collide: Any,
-    valid: Any,
-    columns: Any,
-    outputs: Any,
-    scalars: Any,
-    start: int,
-    stop: int,
-    approaching: bool,
-    nan: bool,
-) -> tuple[int, int]:
-    """Pairs start to stop of a batch. Returns how many of them are invalid, and the first that is (or -1).
-
-    The values of that first pair join those in `scalars`: in place the columns may not have them any more. Where an
-    output overlaps something otherwise than in place nothing is done, and -1 are invalid.
-
-    `collide` gives the results of a pair that is left alone and of one that collides, the closing speed, and a number
-    and signs that tell valid input: the number is small and no sign bit set. `valid` is the exact check.
-    """
-    relation = overlap(columns, outputs)
-    if relation < 0:
-        return -1, -1
-    width = LINE // outputs[0].itemsize
-    head = lead(outputs, start)
-    # In place the lines are in the cache already, and a streaming store would throw them out first.
-    streaming = head >= 0 and outputs[0].nbytes >= STREAM_BYTES and relation == 0
-    # What comes from float32 arrays fits float32 outputs; a scalar may not. Then every step is looked at.
-    beyond = _beyond(columns, outputs, scalars)
-    usual = is_usual(columns)
-    n_invalid, first_invalid = 0, -1
-    k = start
-    n = min(head if head > 0 else width, stop - start)
-    while k < stop:
-        values = load(columns, scalars, k, n, usual)
-        before, after, closing, size, signs = collide(*values)
-        break_rules = False
-        if approaching:
-            # Of a pair that is skipped the size does not tell whether its masses obey the rules.
-            break_rules = any_lane(~valid(values, before, outputs))
-            # Not `closing > 0`: NaN has to go on to the check.
-            after = select_each(closing <= 0.0, before, after)
-        if break_rules or beyond or any_lane(doubt(size, outputs, signs)):
-            is_first = n_invalid == 0
-            after, bad, at = _carefully(collide, valid, columns, outputs, scalars, k, n, approaching, nan, is_first)
-            if is_first:
-                first_invalid = at
-            n_invalid += bad
-        store(outputs, k, n, after, streaming)
-        k += n
-        n = min(width, stop - k)
-    return n_invalid, first_invalid
-
-
-@rare
-def _carefully(
-    collide: Any,
-    valid: Any,
-    columns: Any,
-    outputs: Any,
-    scalars: Any,
-    k: int,
-    n: int,
-    approaching: bool,
-    nan: bool,
-    is_first: bool,
-) -> Any:
-    """A step again, with the exact check: the velocities to store, how many pairs are invalid, the first (or -1).
-
-    Again and out of line: to keep the step's inputs in registers for this cost the polar form 8 % of its speed.
-    """
-    out_of_line()
-    values = load(columns, scalars, k, n, False)
-    before, after, closing, _, _ = collide(*values)
-    if approaching:
-        after = select_each(closing <= 0.0, before, after)
-    bad = leading(~valid(values, after, outputs), n)
-    n_bad, at = count(bad), -1
-    if n_bad > 0:
-        i = first(bad)
-        at = k + i
-        if is_first:
-            for c in range(scalars.size):
-                scalars[c] = get(values[c], i)
-        after = select_each(bad, fill(before, math.nan) if nan else before, after)
-    return after, n_bad, at
-
-
-@rare
-def _beyond(columns: Any, outputs: Any, scalars: Any) -> bool:
-    out_of_line()
-    for c in range(2, len(columns) - 1):
-        if columns[c].size == 0 and not abs(scalars[c]) <= np.finfo(outputs[0].dtype).max:
-            return True
-    return False
+from .. import scalar
+from .._compile.kernel import Kernel
+from .._compile.lanes import all_finite, fill
+from .._compile.options import formula
+from .loop import loop
 
 
 @formula
@@ -135,7 +36,7 @@ def _kernel_1d(  # type: ignore[no-untyped-def]  # compiled only
     m1, m2, v1, v2, e, u1, u2, scalars, start, stop, approaching, nan
 ):
     columns, outputs = (m1, m2, v1, v2, e), (u1, u2)
-    return _loop(collide_1d, _valid_masses, columns, outputs, scalars, start, stop, approaching, nan)
+    return loop(collide_1d, _valid_masses, columns, outputs, scalars, start, stop, approaching, nan)
 
 
 @formula
@@ -155,7 +56,7 @@ def _kernel_2d(  # type: ignore[no-untyped-def]  # compiled only
     m1, m2, v1x, v1y, v2x, v2y, nx, ny, e, u1x, u1y, u2x, u2y, scalars, start, stop, approaching, nan
 ):
     columns, outputs = (m1, m2, v1x, v1y, v2x, v2y, nx, ny, e), (u1x, u1y, u2x, u2y)
-    return _loop(collide_2d, valid_2d, columns, outputs, scalars, start, stop, approaching, nan)
+    return loop(collide_2d, valid_2d, columns, outputs, scalars, start, stop, approaching, nan)
 
 
 @formula
@@ -169,7 +70,7 @@ def _kernel_polar(  # type: ignore[no-untyped-def]  # compiled only
     m1, m2, v1, theta1, v2, theta2, phi, e, u1x, u1y, u2x, u2y, scalars, start, stop, approaching, nan
 ):
     columns, outputs = (m1, m2, v1, theta1, v2, theta2, phi, e), (u1x, u1y, u2x, u2y)
-    return _loop(collide_polar, _valid_masses, columns, outputs, scalars, start, stop, approaching, nan)
+    return loop(collide_polar, _valid_masses, columns, outputs, scalars, start, stop, approaching, nan)
 
 
 @formula
@@ -182,7 +83,7 @@ def _kernel_impulse(  # type: ignore[no-untyped-def]  # compiled only
     m1, m2, v1x, v1y, v2x, v2y, nx, ny, e, p, scalars, start, stop, approaching, nan
 ):
     columns = (m1, m2, v1x, v1y, v2x, v2y, nx, ny, e)
-    return _loop(_impulse, valid_2d, columns, (p,), scalars, start, stop, approaching, nan)
+    return loop(_impulse, valid_2d, columns, (p,), scalars, start, stop, approaching, nan)
 
 
 @formula
@@ -203,7 +104,7 @@ def _valid_impact(values: Any, results: Any, outputs: Any) -> Any:
 def _kernel_impact(  # type: ignore[no-untyped-def]  # compiled only
     dx, dy, dvx, dvy, distance, t, scalars, start, stop, approaching, nan
 ):
-    return _loop(_impact, _valid_impact, (dx, dy, dvx, dvy, distance), (t,), scalars, start, stop, approaching, nan)
+    return loop(_impact, _valid_impact, (dx, dy, dvx, dvy, distance), (t,), scalars, start, stop, approaching, nan)
 
 
 class Form(NamedTuple):
@@ -240,8 +141,8 @@ def make_form(
 
 
 _PLANE = ("u1x", "u1y", "u2x", "u2y")
-LINE_FORM = make_form(_kernel_1d, ("m1", "m2", "v1", "v2", "restitution"), ("u1", "u2"))
-CARTESIAN = make_form(_kernel_2d, ("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny", "restitution"), _PLANE)
-POLAR = make_form(_kernel_polar, ("m1", "m2", "v1", "theta1", "v2", "theta2", "phi", "restitution"), _PLANE)
-IMPULSE = make_form(_kernel_impulse, CARTESIAN.columns, ("impulse",))
+FORM_1D = make_form(_kernel_1d, ("m1", "m2", "v1", "v2", "restitution"), ("u1", "u2"))
+FORM_2D = make_form(_kernel_2d, ("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny", "restitution"), _PLANE)
+FORM_POLAR = make_form(_kernel_polar, ("m1", "m2", "v1", "theta1", "v2", "theta2", "phi", "restitution"), _PLANE)
+IMPULSE = make_form(_kernel_impulse, FORM_2D.columns, ("impulse",))
 IMPACT = make_form(_kernel_impact, ("dx", "dy", "dvx", "dvy", "distance"), ("t",), {"raise": True, "nan": True})

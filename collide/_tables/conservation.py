@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from ._arrays import as_array
-from ._exact import two_product, two_sum
-from ._jit import Kernel, formula
-from ._kernels import CARTESIAN, LINE_FORM, POLAR, Form, collide_1d, collide_2d, collide_polar
-from ._lanes import LINE, count, fill, get, leading, select_each
-from ._memory import is_usual, load
+from .._compile.kernel import Kernel
+from .._compile.lanes import LINE, count, fill, get, leading, select_each
+from .._compile.memory import is_usual, load
+from .._compile.options import formula
+from .._formulas.exact import two_product, two_sum
+from .._pairs.arguments import as_array
+from .._pairs.forms import FORM_1D, FORM_2D, FORM_POLAR, Form, collide_1d, collide_2d, collide_polar
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -123,7 +124,7 @@ def _kernel(form: Form, function: Any) -> Kernel:
 
 _KERNELS = {
     form.columns: _kernel(form, function)
-    for form, function in ((LINE_FORM, _changes_1d), (CARTESIAN, _changes_2d), (POLAR, _changes_polar))
+    for form, function in ((FORM_1D, _changes_1d), (FORM_2D, _changes_2d), (FORM_POLAR, _changes_polar))
 }
 
 

@@ -15,10 +15,10 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.ipc
 
-from . import _arrow_files, _stream
-from ._arrow_files import UNREADABLE, ArrowFile, extended, opened, why, write_joined
-from ._stream import Array, Write
-from ._tables import TableError
+from . import arrow_files, stream
+from .arrow_files import UNREADABLE, ArrowFile, extended, opened, why, write_joined
+from .by_name import TableError
+from .stream import Array, Write
 
 
 class Ipc(ArrowFile):
@@ -50,8 +50,8 @@ class Ipc(ArrowFile):
         views = any(map(_is_view, self.schema.types))
         for batch in self._all(self._open()):
             batch.validate(full=views)  # a damaged view leads to where nothing is, and is followed when it is written
-            most = int(_arrow_files.BLOCK_BYTES * batch.num_rows / max(1, batch.get_total_buffer_size()))
-            rows = max(1, min(_stream.ROWS, most))
+            most = int(arrow_files.BLOCK_BYTES * batch.num_rows / max(1, batch.get_total_buffer_size()))
+            rows = max(1, min(stream.ROWS, most))
             for start in range(0, batch.num_rows, rows):
                 yield batch.slice(start, rows)
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ._elementwise import fma
-from ._jit import compiles, formula
+from .._compile.elementwise import fma
+from .._compile.options import compiles, formula
 
 
 @formula

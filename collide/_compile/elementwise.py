@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from ._jit import compiles, intrinsic
-from ._lanes import _I64, Lanes, Mask, _call, _constant, _splat, _vector
+from .lanes import I64, Lanes, Mask, call_llvm, constant, splat, vector_type
+from .options import compiles, intrinsic
 
 _INFINITY = 0x7FF << 52  # the bits of infinity, and of every float64's exponent
 
@@ -36,7 +36,7 @@ def _blend(typingctx: Any, mask: Any, x: Any, y: Any) -> Any:
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         values = (
-            v if isinstance(t, Lanes) else _splat(builder, v, mask.width)
+            v if isinstance(t, Lanes) else splat(builder, v, mask.width)
             for t, v in zip(sig.args[1:], args[1:], strict=True)
         )
         return builder.select(args[0], *values)
@@ -57,7 +57,7 @@ def _square_root(x: Any) -> Any:
 @intrinsic
 def _sqrt(typingctx: Any, x: Any) -> Any:
     x = x if isinstance(x, Lanes) else types.float64
-    return x(x), lambda context, b, sig, args: _call(b, "sqrt", *args)
+    return x(x), lambda context, b, sig, args: call_llvm(b, "sqrt", *args)
 
 
 def as_float64(x: Any) -> Any:
@@ -89,9 +89,9 @@ def _outside(typingctx: Any, x: Any, k: Any) -> Any:
     smallest, largest = (1023 - k.literal_value) << 52, (1023 + k.literal_value) << 52
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        integer = _vector(x, _I64)
-        above = b.sub(b.bitcast(args[0], integer), _constant(integer, smallest))
-        return b.icmp_unsigned(">=", above, _constant(integer, largest - smallest))
+        integer = vector_type(x, I64)
+        above = b.sub(b.bitcast(args[0], integer), constant(integer, smallest))
+        return b.icmp_unsigned(">=", above, constant(integer, largest - smallest))
 
     return (Mask(x.width) if isinstance(x, Lanes) else types.boolean)(x, k), codegen
 
@@ -115,12 +115,12 @@ def _mirrored_exponent(typingctx: Any, x: Any, y: Any) -> Any:
     x, y = (v if isinstance(v, Lanes) else types.float64 for v in (x, y))
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        integer = _vector(x, _I64)
-        largest = _constant(integer, 1 << 52)
+        integer = vector_type(x, I64)
+        largest = constant(integer, 1 << 52)
         for value in args:
-            exponent = b.and_(b.bitcast(value, integer), _constant(integer, _INFINITY))
+            exponent = b.and_(b.bitcast(value, integer), constant(integer, _INFINITY))
             largest = b.select(b.icmp_unsigned(">", exponent, largest), exponent, largest)
-        return b.bitcast(b.sub(_constant(integer, _INFINITY), largest), _vector(x))
+        return b.bitcast(b.sub(constant(integer, _INFINITY), largest), vector_type(x))
 
     return x(x, y), codegen
 
@@ -133,10 +133,10 @@ def fma(typingctx: Any, x: Any, y: Any, z: Any) -> Any:
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         if isinstance(kind, Lanes):
             args = [
-                v if isinstance(t, Lanes) else _splat(builder, v, kind.width)
+                v if isinstance(t, Lanes) else splat(builder, v, kind.width)
                 for t, v in zip(sig.args, args, strict=True)
             ]
-        return _call(builder, "fma", *args)
+        return call_llvm(builder, "fma", *args)
 
     return kind(*(v if isinstance(v, Lanes) else types.float64 for v in (x, y, z))), codegen
 
@@ -151,11 +151,11 @@ def differ_above(typingctx: Any, x: Any, y: Any, z: Any, like: Any, bit: Any) ->
         return None
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        integer = _vector(x, _I64)
-        same = args[3] if isinstance(like, Lanes) or not isinstance(x, Lanes) else _splat(b, args[3], x.width)
+        integer = vector_type(x, I64)
+        same = args[3] if isinstance(like, Lanes) or not isinstance(x, Lanes) else splat(b, args[3], x.width)
         differences = [b.xor(b.bitcast(value, integer), b.bitcast(same, integer)) for value in args[:3]]
-        union = b.and_(functools.reduce(b.or_, differences), _constant(integer, -(1 << bit.literal_value)))
-        return b.icmp_unsigned("!=", union, _constant(integer, 0))
+        union = b.and_(functools.reduce(b.or_, differences), constant(integer, -(1 << bit.literal_value)))
+        return b.icmp_unsigned("!=", union, constant(integer, 0))
 
     return (Mask(x.width) if isinstance(x, Lanes) else types.boolean)(x, y, z, like, bit), codegen
 
@@ -165,9 +165,9 @@ def lowest_bit(typingctx: Any, x: Any) -> Any:
     """Whether the last bit of the mantissa is set."""
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        integer = _vector(x, _I64)
-        last = b.and_(b.bitcast(args[0], integer), _constant(integer, 1))
-        return b.icmp_unsigned("!=", last, _constant(integer, 0))
+        integer = vector_type(x, I64)
+        last = b.and_(b.bitcast(args[0], integer), constant(integer, 1))
+        return b.icmp_unsigned("!=", last, constant(integer, 0))
 
     return (Mask(x.width) if isinstance(x, Lanes) else types.boolean)(x), codegen
 
@@ -179,9 +179,9 @@ def flip_sign(typingctx: Any, value: Any, x: Any, bit: Any) -> Any:
         return None
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        integer = _vector(value, _I64)
+        integer = vector_type(value, I64)
         bits, switch = (b.bitcast(arg, integer) for arg in args[:2])
-        sign = b.and_(b.shl(switch, _constant(integer, 63 - bit.literal_value)), _constant(integer, -(1 << 63)))
-        return b.bitcast(b.xor(bits, sign), _vector(value))
+        sign = b.and_(b.shl(switch, constant(integer, 63 - bit.literal_value)), constant(integer, -(1 << 63)))
+        return b.bitcast(b.xor(bits, sign), vector_type(value))
 
     return value(value, x, bit), codegen

@@ -11,9 +11,9 @@ from typing import IO, Any
 
 import numpy as np
 
-from . import _stream
-from ._stream import Array, Block, Source, Write, check_size, size
-from ._tables import Columns, ColumnTypeError, TableError, counted
+from . import stream
+from .by_name import Columns, ColumnTypeError, TableError, counted
+from .stream import Array, Block, Source, Write, check_size, size
 
 # What zipfile and NumPy raise for damage, encryption, methods unknown to them, pickles and sizes out of reach.
 _UNREADABLE = (
@@ -116,8 +116,8 @@ class Folder(Source):
     def blocks(self) -> Iterator[Block]:
         if self.n_rows is None:
             yield Block(0, 1, self._single, None)
-        for start in range(0, self.n_rows or 0, _stream.ROWS):
-            n_rows = min(_stream.ROWS, (self.n_rows or 0) - start)
+        for start in range(0, self.n_rows or 0, stream.ROWS):
+            n_rows = min(stream.ROWS, (self.n_rows or 0) - start)
             rows = {argument: c.read(start, (n_rows,)) for argument, c in self._columns.items() if c.shaped.ndim}
             yield Block(start, n_rows, {**self._single, **rows}, None)
         for column in self._columns.values():

@@ -2,7 +2,7 @@
 
 A formula written for one pair compiles for lanes as it stands: the operators are lane-wise and give each lane the
 bits that the scalar operator gives. Here are the type, its operators, what a step does with tuples of lanes, and what
-looks across lanes; what formulas use beyond operators is in _elementwise.py.
+looks across lanes; what formulas use beyond operators is in elementwise.py.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model
 
-from ._jit import compiles, intrinsic
+from .options import compiles, intrinsic
 
 LINE = 64  # bytes: one cache line, which a streaming store has to fill
 
-_F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
+F64, I64, I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 
 
 class Lanes(types.Type):  # type: ignore[misc]
@@ -45,7 +45,7 @@ class Mask(types.Type):  # type: ignore[misc]
 @register_model(Lanes)
 class _LanesModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, lanes: Lanes) -> None:
-        super().__init__(manager, lanes, _vector(lanes))
+        super().__init__(manager, lanes, vector_type(lanes))
 
 
 @register_model(Mask)
@@ -54,23 +54,23 @@ class _MaskModel(models.PrimitiveModel):  # type: ignore[misc]
         super().__init__(manager, mask, ir.VectorType(ir.IntType(1), mask.width))
 
 
-def _vector(lanes: Any, element: Any = _F64) -> Any:
+def vector_type(lanes: Any, element: Any = F64) -> Any:
     """The LLVM type of a Numba value: a vector for lanes, the element itself for a scalar."""
     return ir.VectorType(element, lanes.width) if isinstance(lanes, Lanes | Mask) else element
 
 
-def _constant(llvm_type: Any, value: float) -> Any:
+def constant(llvm_type: Any, value: float) -> Any:
     if isinstance(llvm_type, ir.VectorType):
         return ir.Constant(llvm_type, [ir.Constant(llvm_type.element, value)] * llvm_type.count)
     return ir.Constant(llvm_type, value)
 
 
-def _splat(builder: Any, value: Any, width: int) -> Any:
+def splat(builder: Any, value: Any, width: int) -> Any:
     """One scalar in every lane."""
     vector = ir.VectorType(value.type, width)
-    one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.Constant(_I32, 0))
+    one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.Constant(I32, 0))
     return builder.shuffle_vector(
-        one, ir.Constant(vector, ir.Undefined), ir.Constant(ir.VectorType(_I32, width), [0] * width)
+        one, ir.Constant(vector, ir.Undefined), ir.Constant(ir.VectorType(I32, width), [0] * width)
     )
 
 
@@ -89,7 +89,7 @@ def _binary(op: Any, emit: Any, result: type[types.Type], takes: type[types.Type
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         width = sig.return_type.width
-        pair = (v if isinstance(t, takes) else _splat(builder, v, width) for t, v in zip(sig.args, args, strict=True))
+        pair = (v if isinstance(t, takes) else splat(builder, v, width) for t, v in zip(sig.args, args, strict=True))
         return emit(builder, *pair)
 
     others = (takes, types.Float) if takes is Lanes else (takes,)
@@ -122,17 +122,17 @@ def _unary(op: Any, emit: Any, takes: type[types.Type]) -> None:
     lower_builtin(op, takes)(lambda context, builder, sig, args: emit(builder, *args))
 
 
-def _call(builder: Any, name: str, *args: Any) -> Any:
+def call_llvm(builder: Any, name: str, *args: Any) -> Any:
     """An LLVM intrinsic that gives its first argument's type. llvmlite's own look-up knows no vector types."""
     kind = args[0].type
     element = kind.element if isinstance(kind, ir.VectorType) else kind
-    suffix = f"{f'v{kind.count}' if kind != element else ''}{'f64' if element == _F64 else 'f32'}"
+    suffix = f"{f'v{kind.count}' if kind != element else ''}{'f64' if element == F64 else 'f32'}"
     function = ir.FunctionType(kind, [a.type for a in args])
     return builder.call(cgutils.get_or_insert_function(builder.module, function, f"llvm.{name}.{suffix}"), args)
 
 
 _unary(operator.neg, lambda b, x: b.fneg(x), Lanes)
-_unary(builtins.abs, lambda b, x: _call(b, "fabs", x), Lanes)
+_unary(builtins.abs, lambda b, x: call_llvm(b, "fabs", x), Lanes)
 _unary(operator.invert, lambda b, x: b.not_(x), Mask)
 
 
@@ -155,7 +155,7 @@ def fill(typingctx: Any, like: Any, x: Any) -> Any:
     """A tuple like this one with x in every lane."""
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        return context.make_tuple(b, sig.return_type, [_splat(b, args[1], like.dtype.width)] * like.count)
+        return context.make_tuple(b, sig.return_type, [splat(b, args[1], like.dtype.width)] * like.count)
 
     return like(like, types.float64), codegen
 
@@ -176,8 +176,8 @@ def all_finite(typingctx: Any, values: Any, outputs: Any) -> Any:
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         stored = _stored(b, args[0], outputs.dtype.dtype)
-        infinity = _constant(stored[0].type, float("inf"))
-        return functools.reduce(b.and_, (b.fcmp_ordered("<", _call(b, "fabs", v), infinity) for v in stored))
+        infinity = constant(stored[0].type, float("inf"))
+        return functools.reduce(b.and_, (b.fcmp_ordered("<", call_llvm(b, "fabs", v), infinity) for v in stored))
 
     return (Mask(values.dtype.width) if isinstance(values.dtype, Lanes) else types.boolean)(values, outputs), codegen
 
@@ -194,10 +194,10 @@ def doubt(typingctx: Any, change: Any, outputs: Any, signs: Any) -> Any:
     limit = (1023 + (930 if outputs.dtype.dtype == types.float64 else 65)) << 52
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        wide, integer = _vector(change), _vector(change, _I64)
+        wide, integer = vector_type(change), vector_type(change, I64)
         union = functools.reduce(b.or_, (b.bitcast(s, integer) for s in cgutils.unpack_tuple(b, args[2])))
-        both = b.bitcast(_call(b, "copysign", args[0], b.bitcast(union, wide)), integer)
-        return b.icmp_unsigned(">=", both, _constant(integer, limit))
+        both = b.bitcast(call_llvm(b, "copysign", args[0], b.bitcast(union, wide)), integer)
+        return b.icmp_unsigned(">=", both, constant(integer, limit))
 
     return (Mask(change.width) if isinstance(change, Lanes) else types.boolean)(change, outputs, signs), codegen
 
@@ -233,7 +233,7 @@ def count(typingctx: Any, mask: Any) -> Any:
     """How many lanes hold."""
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        bits = b.zext(b.bitcast(args[0], ir.IntType(mask.width)), _I64)
+        bits = b.zext(b.bitcast(args[0], ir.IntType(mask.width)), I64)
         return b.ctpop(bits)
 
     return types.intp(mask), codegen
@@ -244,7 +244,7 @@ def first(typingctx: Any, mask: Any) -> Any:
     """The number of the first lane that holds; some lane must."""
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        bits = b.zext(b.bitcast(args[0], ir.IntType(mask.width)), _I64)
+        bits = b.zext(b.bitcast(args[0], ir.IntType(mask.width)), I64)
         return b.cttz(bits, ir.Constant(ir.IntType(1), 1))
 
     return types.intp(mask), codegen
@@ -263,7 +263,7 @@ def leading(typingctx: Any, mask: Any, n: Any) -> Any:
 def lanes_below(builder: Any, n: Any, width: int) -> Any:
     """LLVM's mask of the lanes numbered below n."""
     numbers = ir.Constant(ir.VectorType(n.type, width), list(range(width)))
-    return builder.icmp_signed("<", numbers, _splat(builder, n, width))
+    return builder.icmp_signed("<", numbers, splat(builder, n, width))
 
 
 @intrinsic

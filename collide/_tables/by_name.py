@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import _arrays
-from ._kernels import CARTESIAN, LINE_FORM, POLAR, Form
-from .errors import InvalidPairError
+from .._pairs import execution
+from .._pairs.forms import FORM_1D, FORM_2D, FORM_POLAR, Form
+from ..errors import InvalidPairError
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
-FORMS = {"1d": LINE_FORM, "cartesian": CARTESIAN, "polar": POLAR}
+FORMS = {"1d": FORM_1D, "2d": FORM_2D, "polar": FORM_POLAR}
 _E = "restitution"
 
 
@@ -114,4 +114,4 @@ def resolve(
     e = options.restitution
     given = {_E: 1.0 if e is None else e, **arrays}
     inputs = tuple(given[c] for c in columns.form.columns)
-    return inputs, *_arrays.attempt(columns.form, inputs, options.approaching_only, options.invalid, None)
+    return inputs, *execution.attempt(columns.form, inputs, options.approaching_only, options.invalid, None)

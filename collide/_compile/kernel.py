@@ -1,8 +1,4 @@
-"""The one place where compile options and caching are decided.
-
-`formula` marks a function of one pair: plain Python when Python calls it, compiled when any `@njit` code does.
-`Kernel` is a batch loop under one fixed signature, compiled at its first call and kept on disk.
-"""
+"""Batch loops under one fixed signature, compiled at their first call, by a thread of their own, and kept on disk."""
 
 from __future__ import annotations
 
@@ -12,55 +8,17 @@ import contextlib
 import os
 import threading
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 import numba
 import numpy as np
 from numba import types
 from numba.core import config
 from numba.core.compiler_lock import global_compiler_lock
-from numba.extending import overload, register_jitable
 
-from . import _locks
-from ._cache import DiskCache
-
-Function = TypeVar("Function", bound=Callable[..., Any])
-
-# error_model="python", Numba's default, tests every divisor and keeps a loop with a division scalar.
-# fastmath stays off, said aloud because a callee inherits what it leaves open from its caller: contraction alone would
-# end the bit equality with NumPy, and gains nothing at memory speed (test_reproducible.py holds the bits).
-_OPTIONS = {"error_model": "numpy", "boundscheck": False, "fastmath": False}
-# With Numba's run time the arrays and records that a function is given are counted up and down at every step of a loop.
-_UNCOUNTED = {**_OPTIONS, "_nrt": False}
-_INLINE = {**_UNCOUNTED, "forceinline": True}
-_OUT_OF_LINE = {**_UNCOUNTED, "forceinline": False}
-
-
-def formula(function: Function) -> Function:
-    """Plain Python when Python calls it; in compiled code, part of what calls it."""
-    register_jitable(**_INLINE)(function)
-    return function
-
-
-def rare(function: Function) -> Function:
-    """As `formula`, but called: for what is long and seldom run, and would crowd the registers of a loop."""
-    register_jitable(**_OUT_OF_LINE)(function)
-    return function
-
-
-def compiles(function: Callable[..., Any], *, inline: bool = True) -> Callable[[Function], Function]:
-    """Marks the function that picks, by the argument types, what `function` is in compiled code."""
-
-    def mark(pick: Function) -> Function:
-        overload(function, jit_options=_INLINE if inline else _OUT_OF_LINE, strict=False)(pick)
-        return pick
-
-    return mark
-
-
-def intrinsic(function: Callable[..., Any]) -> Any:
-    """Numba's, for code that has no Python form: it gives a signature and emits LLVM."""
-    return numba.extending.intrinsic(function)
+from .._system import locks
+from .cache import DiskCache
+from .options import batch_loop
 
 
 class Kernel:
@@ -106,19 +64,19 @@ class Kernel:
         done.acquire()
         self._waiting.append(done)  # before the look at what there is: see the end of _work
         if self._compiled is None and self not in list(_under_way.values()):
-            lock = _locks.take()
-            _locks.acquire_at_once(lock)
+            lock = locks.take()
+            locks.acquire_at_once(lock)
             _makers.append(lock)
             try:
                 _thread.start_new_thread(self._work, (lock,))
             except RuntimeError:  # out of threads, or the interpreter is closing
-                _locks.release(lock)
+                locks.release(lock)
                 return self._make()
         if self._compiled is None:
             done.acquire()
         return None
 
-    def _work(self, lock: _locks.Lock) -> None:
+    def _work(self, lock: locks.Lock) -> None:
         """What the thread does."""
         _under_way[_thread.get_ident()] = self
         try:
@@ -130,12 +88,12 @@ class Kernel:
             del _under_way[_thread.get_ident()]
             while self._waiting:
                 self._waiting.pop().release()
-            _locks.release(lock)
+            locks.release(lock)
 
     def _make(self) -> None:
         with global_compiler_lock:  # and no other lock: see the fork below
             if self._compiled is None:
-                dispatcher = numba.njit(**_UNCOUNTED, nogil=True)(self._function)
+                dispatcher = batch_loop(self._function)
                 dispatcher._cache = DiskCache(self._name)
                 dispatcher.compile(self._signature)
                 dispatcher.disable_compile()
@@ -165,10 +123,10 @@ def _introduce(dispatcher: Any, signature: Any) -> None:
 
 _STACK = 1 << 23  # bytes that Numba and LLVM may need; a program may have asked for smaller threads
 _under_way: dict[int, Kernel] = {}  # what threads make, by the thread
-_makers: list[_locks.Lock] = []  # of the threads that have made kernels, each held until it is done
+_makers: list[locks.Lock] = []  # of the threads that have made kernels, each held until it is done
 # The interpreter must not go from under the compiler, however often it is told to. Registered after Numba's own, this
 # comes first.
-atexit.register(_locks.waiting(_makers))
+atexit.register(locks.waiting(_makers))
 
 if hasattr(os, "register_at_fork"):
     # A child forked in the middle of a compilation would wait for a thread that it does not have. So the fork waits.

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from . import scalar
-from ._elementwise import select
-from ._grid import wrap
-from ._jit import Kernel, formula
-from ._kernels import collide_2d, valid_2d
-from ._lanes import any_lane, doubt, select_each
-from ._memory import prefetch
+from .. import scalar
+from .._compile.elementwise import select
+from .._compile.gather import prefetch
+from .._compile.kernel import Kernel
+from .._compile.lanes import any_lane, doubt, select_each
+from .._compile.options import formula
+from .._pairs.forms import collide_2d, valid_2d
+from .grid import wrap
 
 # Balls in no order: 24 million pairs/s where they are asked for so many pairs ahead, 10 million where not.
 _AHEAD = 12
@@ -33,7 +34,7 @@ def _kernel_contacts(  # type: ignore[no-untyped-def]  # compiled only
 ):
     """Resolves the pairs that approach. Returns how many, how many are invalid and which is the first that is, or -1.
 
-    That pair's values go into `witness`, in the order of CARTESIAN.columns.
+    That pair's values go into `witness`, in the order of FORM_2D.columns.
     """
     # Two loops: with the box asked for at each pair, open space took a quarter longer.
     if lx > 0.0:

@@ -1,39 +1,32 @@
-"""What the facade does to its arguments: dtype, broadcasting, out, overlap, and every message."""
+"""A call: arguments as a kernel takes them, as they lie or block by block, on as many threads as they are worth."""
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import itertools
 import math
 import reprlib
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.ma import MaskedArray  # imported by Numba's first look at an array otherwise, in the middle of a call
 
-from . import _threads
-from ._kernels import STREAM_BYTES, Form
-from ._lanes import LINE
-from .errors import InvalidPairError, reason
+from .._compile.lanes import LINE
+from .._system import threads
+from ..errors import InvalidPairError, reason
+from .arguments import WEAK, Array, as_array, broadcast_shape, checked_outputs, gives_nan, overlap
+from .forms import Form
+from .loop import STREAM_BYTES
 
-Array = np.ndarray[Any, np.dtype[Any]]
 Options = tuple[bool, bool]  # approaching_only, and whether an invalid pair gets NaN
 
 _ndarray, _float64, _empty = np.ndarray, np.float64, np.empty  # looked up nine times a call
 _FLOAT64, _FLOAT32 = np.dtype(np.float64), np.dtype(np.float32)
 _NOTHING = {dtype: np.empty(0, dtype) for dtype in (_FLOAT64, _FLOAT32)}
 _BOOLS = bool, np.bool_
-# Python's numbers are weak, as in NumPy's own arithmetic.
-WEAK: dict[type, Any] = {bool: False, int: 0, float: 0.0}
-
 # Arguments that a kernel cannot read as they lie are copied, and converted, this many pairs at a time: in the cache.
 _BLOCK = 1 << 13
 # NumPy's flags C_CONTIGUOUS and WRITEABLE.
 _READY, _WRITEABLE = 0x0001, 0x0400
-# As many as an address can count the bytes of.
-_MOST = np.iinfo(np.intp).max // 8
 # Up to here a copy is cheaper than thinking: about strides, and about what overlaps what.
 _SMALL = 1 << 12
 
@@ -82,13 +75,6 @@ def attempt(
     index = tuple(int(i) for i in np.unravel_index(tally.first, np.shape(outputs[0])))
     pair = dict(zip(form.columns, tally.witness.tolist(), strict=True))
     return outputs, InvalidPairError(index, tally.n_invalid, reason(pair))
-
-
-def gives_nan(invalid: Any, rules: dict[str, bool]) -> bool:
-    """Whether an invalid pair gets NaN, by an option that has to be one of these."""
-    if type(invalid) is not str or invalid not in rules:
-        raise ValueError(f"invalid = {reprlib.repr(invalid)}: must be one of {', '.join(map(repr, rules))}")
-    return rules[invalid]
 
 
 def _direct(
@@ -142,7 +128,7 @@ def _direct(
             return [*out], tally
     if n > _SMALL:
         return None
-    outputs = _checked(form.outputs, out, shape, dtype)
+    outputs = checked_outputs(form.outputs, out, shape, dtype)
     targets = _new(shape, dtype, columns, len(out))
     tally = _call(kernel, columns, targets, scalars, n, options)
     _copy_to(outputs, targets)
@@ -169,7 +155,7 @@ def _call(
     """The pairs of contiguous arrays, on as many threads as they are worth; -1 are invalid if the kernel refuses."""
     if len(outputs[0].shape) > 1:
         outputs = [u.reshape(-1) for u in outputs]
-    if not _threads.is_shared(n):
+    if not threads.is_shared(n):
         n_invalid, first = kernel(*columns, *outputs, scalars, 0, n, *options)
         return Tally(n_invalid, first, scalars) if n_invalid else None
 
@@ -178,7 +164,7 @@ def _call(
         n_invalid, first = kernel(*columns, *outputs, own, start, stop, *options)
         return Tally(n_invalid, first, own)
 
-    return _in_all(_threads.run(share, n))
+    return _in_all(threads.run(share, n))
 
 
 def _in_all(tallies: list[Tally]) -> Tally | None:
@@ -193,7 +179,7 @@ def _general(form: Form, inputs: tuple[Any, ...], out: Any, options: Options) ->
     if out is None:
         targets = outputs = _new(shape, dtype, batch.arrays, len(form.outputs))
     else:
-        outputs = _checked(form.outputs, out, shape, dtype)
+        outputs = checked_outputs(form.outputs, out, shape, dtype)
         fresh = outputs[0].size <= _SMALL or _clash(batch, outputs)
         targets = _new(shape, dtype, batch.arrays, len(outputs)) if fresh else outputs
     tally = _run(form.kernels[dtype].compiled, batch, targets, options)
@@ -212,62 +198,6 @@ def _any(names: Sequence[str], inputs: Sequence[Any]) -> Batch:
     scalars = np.array([float(a.item()) if a.size == 1 else math.nan for a in arrays])
     full = [None if a.size == 1 else a if a.shape == shape else np.broadcast_to(a, shape) for a in arrays]
     return Batch(full, scalars, shape, dtype)
-
-
-def as_array(name: str, value: Any) -> Array:
-    """An argument as an array of numbers, or a TypeError that names it."""
-    if type(value) is int:  # of any size, as a float is
-        try:
-            value = float(value)
-        except OverflowError:
-            raise TypeError(f"{name}: an integer of {value.bit_length()} bits is too large for float64") from None
-    try:
-        array = np.asanyarray(value)
-    except MemoryError:
-        raise
-    except Exception as error:  # of whatever class: it comes from the object
-        if _is_elsewhere(value):
-            raise TypeError(_ELSEWHERE.format(name, type(value).__name__)) from error
-        raise TypeError(f"{name} = {reprlib.repr(value)}: must be an array of numbers ({error})") from error
-    parts = value if isinstance(value, list | tuple) else ()
-    if any(isinstance(a, MaskedArray) for a in (array, *parts)):
-        raise TypeError(f"{name}: masked arrays are not supported; pass .filled(...) or .compressed()")
-    if array.dtype.kind == "O" and any(map(_is_elsewhere, (value, *parts))):
-        raise TypeError(_ELSEWHERE.format(name, type(value).__name__))
-    if array.dtype.kind not in "biuf" or (array.dtype.kind == "f" and array.dtype.itemsize > 8):
-        raise TypeError(
-            f"{name}: the dtype {array.dtype} is not supported; must be bool, an integer, float16, float32 or float64"
-        )
-    return np.asarray(array)
-
-
-_ELSEWHERE = "{} is of type {}, in the memory of a GPU or another device: must be copied to the host first"
-
-
-def _is_elsewhere(value: Any) -> bool:
-    """Whether it says that its numbers are in the memory of a GPU, in CUDA's way or in that of any other device."""
-    with contextlib.suppress(Exception):
-        if hasattr(value, "__cuda_array_interface__"):
-            return True
-    with contextlib.suppress(Exception):
-        return value.__dlpack_device__()[0] not in (1, 3)  # the host's memory, pinned or not
-    return False
-
-
-def broadcast_shape(names: Sequence[str], arrays: Sequence[Array]) -> tuple[int, ...]:
-    shapes = {array.shape for array in arrays if array.ndim}
-    if len(shapes) > 1:
-        # Not by np.broadcast_shapes, which ends at 32 of the 64 dimensions that arrays may have.
-        axes = [*map(set, itertools.zip_longest(*(shape[::-1] for shape in shapes), fillvalue=1))]
-        shape = tuple([1 if axis == {1} else max(axis - {1}) for axis in axes])[::-1]
-        fits = all(len(axis - {1}) < 2 for axis in axes if len(axis) > 1)
-    else:
-        shape, fits = shapes.pop() if shapes else (), True
-    if fits and math.prod(filter(None, shape)) <= _MOST:
-        return shape
-    fault = f"broadcast to {shape}, more than {_MOST} elements" if fits else "do not broadcast together"
-    listed = ", ".join(f"{name} {array.shape}" for name, array in zip(names, arrays, strict=True) if array.ndim)
-    raise ValueError(f"the shapes of the arguments {fault}: {listed}")
 
 
 def _new(shape: tuple[int, ...], dtype: np.dtype[Any], inputs: Sequence[Array | None], count: int) -> list[Array]:
@@ -291,38 +221,6 @@ def _new(shape: tuple[int, ...], dtype: np.dtype[Any], inputs: Sequence[Array | 
 
 def _address(array: Array) -> int:
     return array.__array_interface__["data"][0]  # type: ignore[no-any-return]
-
-
-def _checked(names: Sequence[str], out: Any, shape: tuple[int, ...], dtype: np.dtype[Any]) -> list[Array]:
-    """The arrays of `out`, if they can take the results."""
-    if not isinstance(out, tuple):
-        raise TypeError(f"out = {type(out).__name__}: must be None or a tuple of {len(names)} arrays")
-    if len(out) != len(names):
-        raise ValueError(f"out has {len(out)} arrays: must have {len(names)}, for {', '.join(names)}")
-    labels = [f"out[{i}]" for i in range(len(out))] if len(out) > 1 else ["out"]
-    for label, u in zip(labels, out, strict=True):
-        if not isinstance(u, np.ndarray) or isinstance(u, MaskedArray):
-            raise TypeError(f"{label} is of type {type(u).__name__}: must be a NumPy array")
-        if u.dtype != dtype:
-            raise TypeError(f"{label} has dtype {u.dtype}: must have the result's, {dtype}")
-        if u.shape != shape:
-            raise ValueError(f"{label} has shape {u.shape}: must have the broadcast shape, {shape}")
-        if not u.flags.writeable:
-            raise ValueError(f"{label} is read-only")
-    for (i, a), (j, b) in itertools.combinations(enumerate(out), 2):
-        if a is b or overlap(a, b):
-            raise ValueError(f"out[{i}] and out[{j}] share memory")
-    return list(out)
-
-
-def overlap(a: Array, b: Array) -> bool:
-    """Whether two arrays share memory; where that is too hard to tell, it is taken for granted."""
-    if not np.may_share_memory(a, b):
-        return False
-    try:
-        return np.shares_memory(a, b, max_work=10_000)  # type: ignore[arg-type]  # any number, says NumPy
-    except np.exceptions.TooHardError:
-        return True
 
 
 def _clash(batch: Batch, outputs: Sequence[Array]) -> bool:
@@ -364,7 +262,7 @@ def _run(kernel: Any, batch: Batch, targets: Sequence[Array], options: Options) 
             total = total.plus(Tally(n_invalid, first, own), lo)
         return total
 
-    return _in_all(_threads.run(by_blocks, n))
+    return _in_all(threads.run(by_blocks, n))
 
 
 def _flat(array: Array, dtype: np.dtype[Any]) -> Array | None:

@@ -24,6 +24,7 @@ from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
+_PACKAGE = Path(__file__).parents[1]
 _DAY = 24 * 3600.0
 _UNUSED = 30 * _DAY  # after which a kernel, of an older version perhaps, is removed
 _OURS = re.compile(r".*-[0-9a-f]{32}\.nbc(\.[0-9a-f]+\.tmp)?", re.DOTALL)
@@ -155,7 +156,7 @@ def _folders() -> list[Path]:
     """Where kernels may be kept, best first: NUMBA_CACHE_DIR alone if it is set, else beside the code, else at home."""
     if config.CACHE_DIR:
         return [Path(config.CACHE_DIR) / "collide"]
-    folders = [Path(__file__).parent / "__pycache__"]
+    folders = [_PACKAGE / "__pycache__"]
     with contextlib.suppress(RuntimeError):  # no home at all
         home = Path(os.environ.get("XDG_CACHE_HOME", ""))
         if not home.is_absolute():  # then it is to be ignored, says the XDG Base Directory Specification
@@ -168,11 +169,10 @@ def _sources_digest() -> str:
     """Of all source files of the package; empty where there are none, or none that can be read."""
     digest = hashlib.sha256()
     try:
-        package = Path(__file__).parent
-        sources = sorted(package.rglob("*.py"))
+        sources = sorted(_PACKAGE.rglob("*.py"))
         for source in sources:
             content = source.read_bytes()
-            digest.update(f"{source.relative_to(package).as_posix()}\0{len(content)}\0".encode() + content)
+            digest.update(f"{source.relative_to(_PACKAGE).as_posix()}\0{len(content)}\0".encode() + content)
     except Exception:
         return ""
     return digest.hexdigest() if sources else ""

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from ._jit import formula
-from ._kernels import CARTESIAN, IMPACT, LINE_FORM, POLAR, STREAM_BYTES, make_form
-from ._lanes import LINE
-from ._memory import is_usual, lead, load, store
+from .._compile.lanes import LINE
+from .._compile.memory import is_usual, lead, load, store
+from .._compile.options import formula
+from .._pairs.forms import FORM_1D, FORM_2D, FORM_POLAR, IMPACT, make_form
+from .._pairs.loop import STREAM_BYTES
 
 # A few sums a pair, only because the compiler leaves out a load whose value goes nowhere.
 
@@ -71,7 +72,7 @@ def _bytes_impact(  # type: ignore[no-untyped-def]  # compiled only
     return _move(_sum_of_impact, (dx, dy, dvx, dvy, distance), (t,), scalars, start, stop)
 
 
-LINE_LIMIT = make_form(_bytes_1d, LINE_FORM.columns, LINE_FORM.outputs)
-CARTESIAN_LIMIT = make_form(_bytes_2d, CARTESIAN.columns, CARTESIAN.outputs)
-POLAR_LIMIT = make_form(_bytes_polar, POLAR.columns, POLAR.outputs)
-IMPACT_LIMIT = make_form(_bytes_impact, IMPACT.columns, IMPACT.outputs)
+LIMIT_1D = make_form(_bytes_1d, FORM_1D.columns, FORM_1D.outputs)
+LIMIT_2D = make_form(_bytes_2d, FORM_2D.columns, FORM_2D.outputs)
+LIMIT_POLAR = make_form(_bytes_polar, FORM_POLAR.columns, FORM_POLAR.outputs)
+LIMIT_IMPACT = make_form(_bytes_impact, IMPACT.columns, IMPACT.outputs)

@@ -13,8 +13,8 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 
-from ._jit import formula, intrinsic, rare
-from ._lanes import _F64, _I32, _I64, LINE, Lanes, _constant, _splat, lanes_below, out_of_line
+from .lanes import F64, I32, LINE, Lanes, constant, lanes_below, out_of_line, splat
+from .options import formula, intrinsic, rare
 
 _SUFFIX = {"double": "f64", "float": "f32", "i32": "i32", "i64": "i64"}
 
@@ -32,7 +32,7 @@ def _vector_pointer(context: Any, builder: Any, array_type: Any, array: Any, k: 
     return vector, builder.bitcast(builder.gep(data, [k], inbounds=True), vector.as_pointer())
 
 
-def _masked(builder: Any, name: str, vector: Any, result: Any, args: list[Any]) -> Any:
+def masked_move(builder: Any, name: str, vector: Any, result: Any, args: list[Any]) -> Any:
     """A call of llvm.masked.load or .store; lanes that are off touch no memory."""
     kind = f"v{vector.count}{_SUFFIX[str(vector.element)]}"
     function = ir.FunctionType(result, [a.type for a in args])
@@ -53,7 +53,7 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, usual: Any)
     """Pairs k to k+n of every column; lanes past n hold ones, a valid pair. `usual`: only the last may be a scalar."""
     dtype = columns.dtype.dtype
     lanes = lanes_of(dtype)
-    wide = ir.VectorType(_F64, lanes.width)
+    wide = ir.VectorType(F64, lanes.width)
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         arrays, scalar_array, k, n, usual = args
@@ -61,15 +61,15 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, usual: Any)
         arrays = cgutils.unpack_tuple(b, arrays)
 
         def same(i: int) -> Any:
-            return _splat(b, b.load(b.gep(values, [ir.Constant(_I32, i)])), lanes.width)
+            return splat(b, b.load(b.gep(values, [ir.Constant(I32, i)])), lanes.width)
 
         def each(i: int, mask: Any) -> Any:
             vector, address = _vector_pointer(context, b, columns.dtype, arrays[i], k)
             if mask is None:
                 value = b.load(address, align=1)
             else:
-                rest = [address, ir.Constant(_I32, 1), mask, _constant(vector, 1.0)]
-                value = _masked(b, "load", vector, vector, rest)
+                rest = [address, ir.Constant(I32, 1), mask, constant(vector, 1.0)]
+                value = masked_move(b, "load", vector, vector, rest)
             return value if dtype == types.float64 else b.fpext(value, wide)
 
         def either(i: int, mask: Any) -> Any:
@@ -124,7 +124,7 @@ def store(typingctx: Any, outputs: Any, k: Any, n: Any, values: Any, streaming: 
                 with stream:
                     for value, address, _ in targets:
                         instruction = b.store(value, address, align=LINE)
-                        hint = b.module.add_metadata([ir.Constant(_I32, 1)])
+                        hint = b.module.add_metadata([ir.Constant(I32, 1)])
                         instruction.set_metadata("nontemporal", hint)
                 with plain:
                     for value, address, _ in targets:
@@ -132,58 +132,10 @@ def store(typingctx: Any, outputs: Any, k: Any, n: Any, values: Any, streaming: 
             with part:
                 mask = lanes_below(b, n, lanes.width)
                 for value, address, vector in targets:
-                    _masked(b, "store", vector, ir.VoidType(), [value, address, ir.Constant(_I32, 1), mask])
+                    masked_move(b, "store", vector, ir.VoidType(), [value, address, ir.Constant(I32, 1), mask])
         return context.get_dummy_value()
 
     return types.void(outputs, types.int64, types.int64, values, types.boolean), codegen
-
-
-# Three cells of a row seldom hold more balls than these: with eight, the search for contacts took a third longer.
-WINDOW = 4
-
-
-@intrinsic
-def window(typingctx: Any, array: Any, k: Any) -> Any:
-    """The values of WINDOW elements from k on. There must be as many."""
-    lanes = Lanes(WINDOW)
-
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        data = context.make_array(array)(context, b, args[0]).data
-        vector = ir.VectorType(_F64, WINDOW)
-        return b.load(b.bitcast(b.gep(data, [args[1]], inbounds=True), vector.as_pointer()), align=8)
-
-    return lanes(array, types.int64), codegen
-
-
-@intrinsic
-def put_pairs(typingctx: Any, i: Any, j: Any, at: Any, index: Any, p: Any, k: Any, mask: Any) -> Any:
-    """From place `at` on, the numbers index[p] in i and index[k + lane] in j for each lane that holds; the lower in i.
-
-    Lanes are pressed together without a branch: with the hits taken one by one the search took half as long again.
-    """
-    narrow = ir.VectorType(_I32, WINDOW)
-    target = ir.VectorType(ir.IntType(i.dtype.bitwidth), WINDOW)
-
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        def element(array: int, k: Any, kind: Any) -> Any:
-            data = context.make_array(sig.args[array])(context, b, args[array]).data
-            return b.bitcast(b.gep(data, [k], inbounds=True), kind.as_pointer())
-
-        one = _splat(b, b.load(element(3, args[4], _I32)), WINDOW)
-        other = b.load(element(3, args[5], narrow), align=4)
-        below = b.icmp_signed("<", one, other)
-        press = ir.FunctionType(narrow, [narrow, args[6].type, narrow])
-        press = cgutils.get_or_insert_function(b.module, press, f"llvm.experimental.vector.compress.v{WINDOW}i32")
-        bits = b.zext(b.bitcast(args[6], ir.IntType(WINDOW)), _I64)
-        hits = lanes_below(b, b.ctpop(bits), WINDOW)
-        for array, numbers in ((0, b.select(below, one, other)), (1, b.select(below, other, one))):
-            numbers = b.call(press, [numbers, args[6], ir.Constant(narrow, ir.Undefined)])
-            numbers = numbers if target == narrow else b.sext(numbers, target)
-            alignment = ir.Constant(_I32, target.element.width // 8)
-            _masked(b, "store", target, ir.VoidType(), [numbers, element(array, args[2], target), alignment, hits])
-        return context.get_dummy_value()
-
-    return types.void(i, j, types.int64, index, types.int64, types.int64, mask), codegen
 
 
 @formula
@@ -227,19 +179,3 @@ def is_usual(columns: Any) -> bool:
     for c in columns[:-1]:
         n_scalars += c.size == 0
     return n_scalars == 0
-
-
-@intrinsic
-def prefetch(typingctx: Any, k: Any, arrays: Any) -> Any:
-    """Asks for element k of each array, soon to be changed."""
-
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        for kind, array in zip(arrays, cgutils.unpack_tuple(b, args[1]), strict=True):
-            data = context.make_array(kind)(context, b, array).data
-            address = b.bitcast(b.gep(data, [args[0]]), ir.IntType(8).as_pointer())
-            function = ir.FunctionType(ir.VoidType(), [address.type, _I32, _I32, _I32])
-            function = cgutils.get_or_insert_function(b.module, function, "llvm.prefetch.p0")
-            b.call(function, [address, *(ir.Constant(_I32, option) for option in (1, 3, 1))])
-        return context.get_dummy_value()
-
-    return types.void(types.int64, arrays), codegen

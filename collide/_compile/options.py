@@ -1,0 +1,55 @@
+"""The one place where compile options are decided.
+
+`formula` marks a function of one pair: plain Python when Python calls it, compiled when any `@njit` code does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numba
+from numba.extending import overload, register_jitable
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+# error_model="python", Numba's default, tests every divisor and keeps a loop with a division scalar.
+# fastmath stays off, said aloud because a callee inherits what it leaves open from its caller: contraction alone would
+# end the bit equality with NumPy, and gains nothing at memory speed (test_reproducible.py holds the bits).
+_OPTIONS = {"error_model": "numpy", "boundscheck": False, "fastmath": False}
+# With Numba's run time the arrays and records that a function is given are counted up and down at every step of a loop.
+_UNCOUNTED = {**_OPTIONS, "_nrt": False}
+_INLINE = {**_UNCOUNTED, "forceinline": True}
+_OUT_OF_LINE = {**_UNCOUNTED, "forceinline": False}
+
+
+def formula(function: Function) -> Function:
+    """Plain Python when Python calls it; in compiled code, part of what calls it."""
+    register_jitable(**_INLINE)(function)
+    return function
+
+
+def rare(function: Function) -> Function:
+    """As `formula`, but called: for what is long and seldom run, and would crowd the registers of a loop."""
+    register_jitable(**_OUT_OF_LINE)(function)
+    return function
+
+
+def compiles(function: Callable[..., Any], *, inline: bool = True) -> Callable[[Function], Function]:
+    """Marks the function that picks, by the argument types, what `function` is in compiled code."""
+
+    def mark(pick: Function) -> Function:
+        overload(function, jit_options=_INLINE if inline else _OUT_OF_LINE, strict=False)(pick)
+        return pick
+
+    return mark
+
+
+def intrinsic(function: Callable[..., Any]) -> Any:
+    """Numba's, for code that has no Python form: it gives a signature and emits LLVM."""
+    return numba.extending.intrinsic(function)
+
+
+def batch_loop(function: Callable[..., Any]) -> Any:
+    """Numba's dispatcher of a loop that runs without the GIL."""
+    return numba.njit(**_UNCOUNTED, nogil=True)(function)

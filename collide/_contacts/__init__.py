@@ -1,0 +1,1 @@
+"""A ball state: the grid, the search for what touches, and contacts resolved in their order."""

@@ -1,0 +1,1 @@
+"""What the formulas of scalar.py stand on: sums and products with their errors, sine and cosine."""

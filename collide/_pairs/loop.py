@@ -1,0 +1,112 @@
+"""The loop over a batch: load lanes, call a form's step, look for what is invalid, store lanes."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from .._compile.lanes import LINE, any_lane, count, doubt, fill, first, get, leading, out_of_line, select_each
+from .._compile.memory import is_usual, lead, load, overlap, store
+from .._compile.options import formula, rare
+
+# Outputs of this many bytes each and more will have left the caches before anybody reads them: they stream past.
+STREAM_BYTES = 1 << 21
+
+
+@formula
+def loop(
+    collide: Any,
+    valid: Any,
+    columns: Any,
+    outputs: Any,
+    scalars: Any,
+    start: int,
+    stop: int,
+    approaching: bool,
+    nan: bool,
+) -> tuple[int, int]:
+    """Pairs start to stop of a batch. Returns how many of them are invalid, and the first that is (or -1).
+
+    The values of that first pair join those in `scalars`: in place the columns may not have them any more. Where an
+    output overlaps something otherwise than in place nothing is done, and -1 are invalid.
+
+    `collide` gives the results of a pair that is left alone and of one that collides, the closing speed, and a number
+    and signs that tell valid input: the number is small and no sign bit set. `valid` is the exact check.
+    """
+    relation = overlap(columns, outputs)
+    if relation < 0:
+        return -1, -1
+    width = LINE // outputs[0].itemsize
+    head = lead(outputs, start)
+    # In place the lines are in the cache already, and a streaming store would throw them out first.
+    streaming = head >= 0 and outputs[0].nbytes >= STREAM_BYTES and relation == 0
+    # What comes from float32 arrays fits float32 outputs; a scalar may not. Then every step is looked at.
+    beyond = _beyond(columns, outputs, scalars)
+    usual = is_usual(columns)
+    n_invalid, first_invalid = 0, -1
+    k = start
+    n = min(head if head > 0 else width, stop - start)
+    while k < stop:
+        values = load(columns, scalars, k, n, usual)
+        before, after, closing, size, signs = collide(*values)
+        break_rules = False
+        if approaching:
+            # Of a pair that is skipped the size does not tell whether its masses obey the rules.
+            break_rules = any_lane(~valid(values, before, outputs))
+            # Not `closing > 0`: NaN has to go on to the check.
+            after = select_each(closing <= 0.0, before, after)
+        if break_rules or beyond or any_lane(doubt(size, outputs, signs)):
+            is_first = n_invalid == 0
+            after, bad, at = _carefully(collide, valid, columns, outputs, scalars, k, n, approaching, nan, is_first)
+            if is_first:
+                first_invalid = at
+            n_invalid += bad
+        store(outputs, k, n, after, streaming)
+        k += n
+        n = min(width, stop - k)
+    return n_invalid, first_invalid
+
+
+@rare
+def _carefully(
+    collide: Any,
+    valid: Any,
+    columns: Any,
+    outputs: Any,
+    scalars: Any,
+    k: int,
+    n: int,
+    approaching: bool,
+    nan: bool,
+    is_first: bool,
+) -> Any:
+    """A step again, with the exact check: the velocities to store, how many pairs are invalid, the first (or -1).
+
+    Again and out of line: to keep the step's inputs in registers for this cost the polar form 8 % of its speed.
+    """
+    out_of_line()
+    values = load(columns, scalars, k, n, False)
+    before, after, closing, _, _ = collide(*values)
+    if approaching:
+        after = select_each(closing <= 0.0, before, after)
+    bad = leading(~valid(values, after, outputs), n)
+    n_bad, at = count(bad), -1
+    if n_bad > 0:
+        i = first(bad)
+        at = k + i
+        if is_first:
+            for c in range(scalars.size):
+                scalars[c] = get(values[c], i)
+        after = select_each(bad, fill(before, math.nan) if nan else before, after)
+    return after, n_bad, at
+
+
+@rare
+def _beyond(columns: Any, outputs: Any, scalars: Any) -> bool:
+    out_of_line()
+    for c in range(2, len(columns) - 1):
+        if columns[c].size == 0 and not abs(scalars[c]) <= np.finfo(outputs[0].dtype).max:
+            return True
+    return False

@@ -1,0 +1,1 @@
+"""Threads, and the locks that they wait for."""

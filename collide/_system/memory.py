@@ -1,0 +1,26 @@
+"""How much memory there is."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import os
+from pathlib import Path
+
+
+@functools.cache
+def installed() -> int:
+    """The bytes that the machine has, or the control group grants; a very large number where neither says."""
+    limits = [1 << 48]
+    if hasattr(os, "sysconf"):
+        limits.append(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    with contextlib.suppress(OSError, ValueError):  # "max" is no number
+        limits.append(int(Path("/sys/fs/cgroup/memory.max").read_text()))
+    return min(limits)
+
+
+def free() -> int:
+    """The bytes that Linux would give now; where it does not say, all that there are."""
+    with contextlib.suppress(OSError, ValueError, IndexError):
+        return min(installed(), 1024 * int(Path("/proc/meminfo").read_text().split("MemAvailable:")[1].split()[0]))
+    return installed()
