@@ -149,8 +149,7 @@ def impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> tuple[Any, An
     dx, dy, dvx, dvy = as_float64(dx), as_float64(dy), as_float64(dvx), as_float64(dvy)
     distance = as_float64(distance)
     # Lengths and velocities near 1, by powers of two: no product overflows, and few underflow.
-    near, wide = inverse_power_of_two(dx, dy), inverse_power_of_two(distance, distance)
-    length, speed = select(near < wide, near, wide), inverse_power_of_two(dvx, dvy)
+    length, speed = inverse_power_of_two((dx, dy, distance)), inverse_power_of_two((dvx, dvy))
     dx, dy, reach, wx, wy = length * dx, length * dy, length * distance, speed * dvx, speed * dvy
     along = dot(dx, wx, dy, wy)
     across, across_low = two_dot(dx, wy, -dy, wx)
@@ -169,7 +168,7 @@ def impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> tuple[Any, An
     slack = 2.0**-102 * most
     t = gap / select(approach, square_root(select(under > slack, under, 0.0)) - along, 1.0)
     # speed / length, where 2/length is the power of two for a length that is one.
-    speed, unit = select(approach, speed, 1.0), inverse_power_of_two(length, length)
+    speed, unit = select(approach, speed, 1.0), inverse_power_of_two((length,))
     size, scaled = along + gap, t * (0.5 * speed * unit)
     large = scaled > 2.0**127  # what a float32 does not hold
     if any_lane(large):
@@ -204,7 +203,7 @@ def in_plane(
     closing, closing_low = in_two(v1x - v2x, v1y - v2y, nx, ny)
     j1, j2, j = changes(m1, m2, closing, closing_low, square, low, restitution)
     after = fused(-j1, nx, v1x), fused(-j1, ny, v1y), fused(j2, nx, v2x), fused(j2, ny, v2y)
-    return after, closing + closing_low, (j1, j2, j)
+    return after, closing if low is None else closing + closing_low, (j1, j2, j)
 
 
 @formula
@@ -231,6 +230,7 @@ def changes(
     q = fused(e, closing, closing)
     j1, j2 = w1 * q, w2 * q
     j = j1 + j2
+    # From the closing speed on, not from q: of equal masses the first step is then exact, and they exchange exactly.
     left = fused(e, closing, fused(-j2, square, fused(-j1, square, closing)))
     if square_low is not None:
         left = left + fused(-j, square_low, fused(e, closing_low, closing_low))
@@ -251,7 +251,7 @@ def comparable(m1: Any, m2: Any) -> tuple[Any, Any]:
         wall1, wall2 = m1 == math.inf, m2 == math.inf
         none1, none2 = select(m1 >= 0.0, 0.0, m1), select(m2 >= 0.0, 0.0, m2)
         m1, m2 = select(wall2, none1, select(wall1, 1.0, m1)), select(wall1, none2, select(wall2, 1.0, m2))
-        scale = select(extreme, inverse_power_of_two(m1, m2), 1.0)
+        scale = select(extreme, inverse_power_of_two((m1, m2)), 1.0)
         m1, m2 = scale * m1, scale * m2
     return m1, m2
 
@@ -262,9 +262,9 @@ def normal(nx: Any, ny: Any) -> tuple[Any, Any, Any, Any]:
     square, low = in_two(nx, ny, nx, ny)
     extreme = is_beyond(square, 70)
     if any_lane(extreme):
-        scale = inverse_power_of_two(nx, ny)
+        scale = inverse_power_of_two((nx, ny))
         x, y = scale * nx, scale * ny
-        scale = inverse_power_of_two(x, y)  # Once more: the first is at most 2**1023, too little for a subnormal.
+        scale = inverse_power_of_two((x, y))  # Once more: the first is at most 2**1023, too little for a subnormal.
         nx, ny = select(extreme, scale * x, nx), select(extreme, scale * y, ny)
         square, low = in_two(nx, ny, nx, ny)
     return nx, ny, square, low

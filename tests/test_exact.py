@@ -1,19 +1,20 @@
 """Contract 1: the error against 50 digits, over the whole range; and climbs towards the worst case.
 
 Why 8 in the plane, to first order. Let u = 2**-53, no component before or after be above 1, e <= 1, W1 + W2 = 1 the
-exact shares of the masses, d = v1-v2, and J n the change of d. Then no component of W1 J n or W2 J n is above 2. In one
-component of what ball 1 gets (ball 2 is the same with W1 and W2 exchanged) `in_plane` and `changes` leave these errors:
+exact shares of the masses, d = v1-v2, c = d.n, J n the change of d. No component of W1 J n or W2 J n is above 2 then.
+In one component of what ball 1 gets (ball 2 is like it) `in_plane` and `changes` leave these errors:
 
-    the two components of d are rounded              (1+e) W1 (|dx nx| + |dy ny|) |nx| / n.n u     <= 4.83 W1 u
-    the high parts of d.n and n.n are rounded                                                         2 W1 J n u
-    the inner two steps of `left`, c (1 - (1+e) W1) and -e c:    (|1/(1+e) - W1| + e/(1+e)) W1 J n u  <= max(W1, W2) ...
-    w = m*inverse and w*q, 2 u of each ball: `left` leaves only by how much the two differ            4 W1 W2 J n u
-    j1 and the result itself are rounded                                                              W1 J n u + u
+    the two components of d are rounded            (1+e) W1 (|dx nx| + |dy ny|) |nx| / n.n u       <= 4.83 W1 u
+    the high parts of c and n.n are rounded                                                         2 W1 J n u
+    so are the inner two steps of `left`, c (1 - (1+e) W1) and -e c:
+                                     (|1/(1+e) - W1| + e/(1+e)) W1 J n u         <= max(W1, W2) W1 J n u
+    w = m*inverse and w*q, 2 u of each ball: `left` leaves only by how much the two differ        4 W1 W2 J n u
+    j1 and the result itself are rounded                                                            W1 J n u + u
 
 With J n <= 2/max(W1, W2) that is (15 - 1.17 W1) u from W1 = 1/2 on and less below it: 14.4 u or 7.2 eps at most. On a
 line only the difference is rounded before, which leaves 5 eps. For e > 1 the first line grows as 1+e does, and the
 others stay below 17 u: 8 (1+e)/2 eps hold. In polar form sines, cosines and the components of v err by up to 2.7 u
-each; if all did so in the worst direction it would be 21 eps. The climbs do not come near: 10 is promised.
+each; if all did so in the worst direction it would be 21 eps. The climbs stay below 7: 10 is promised.
 """
 
 import multiprocessing

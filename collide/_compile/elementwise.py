@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numba import types
+from numba.core import cgutils
 
 from .lanes import I64, Lanes, Mask, call_llvm, constant, splat, vector_type
 from .options import compiles, intrinsic
@@ -96,33 +97,33 @@ def _outside(typingctx: Any, x: Any, k: Any) -> Any:
     return (Mask(x.width) if isinstance(x, Lanes) else types.boolean)(x, k), codegen
 
 
-def inverse_power_of_two(x: Any, y: Any) -> Any:
-    """The power of two s that brings the larger of |x| and |y| to 2 <= s*|x| < 4; 2**1023 if both are subnormal or 0.
+def inverse_power_of_two(xs: tuple[Any, ...]) -> Any:
+    """The power of two s that brings the largest |x| to 2 <= s*|x| < 4; 2**1023 if all are subnormal or 0.
 
     0 if one is infinite or NaN. Exponents are compared as integers: a step waits four cycles for it.
     """
-    exponents = (np.asarray(value, np.float64).view(np.int64) & _INFINITY for value in (x, y))
-    return (_INFINITY - np.maximum(np.maximum(*exponents), 1 << 52)).view(np.float64)[()]
+    largest: Any = np.int64(1 << 52)
+    for x in xs:
+        largest = np.maximum(largest, np.asarray(x, np.float64).view(np.int64) & _INFINITY)
+    return (_INFINITY - largest).view(np.float64)[()]
 
 
 @compiles(inverse_power_of_two)
-def _inverse_power_of_two(x: Any, y: Any) -> Any:
-    return lambda x, y: _mirrored_exponent(x, y)
+def _inverse_power_of_two(xs: Any) -> Any:
+    return lambda xs: _mirrored_exponent(xs)
 
 
 @intrinsic
-def _mirrored_exponent(typingctx: Any, x: Any, y: Any) -> Any:
-    x, y = (v if isinstance(v, Lanes) else types.float64 for v in (x, y))
-
+def _mirrored_exponent(typingctx: Any, xs: Any) -> Any:
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        integer = vector_type(x, I64)
+        integer = vector_type(xs.dtype, I64)
         largest = constant(integer, 1 << 52)
-        for value in args:
-            exponent = b.and_(b.bitcast(value, integer), constant(integer, _INFINITY))
+        for x in cgutils.unpack_tuple(b, args[0]):
+            exponent = b.and_(b.bitcast(x, integer), constant(integer, _INFINITY))
             largest = b.select(b.icmp_unsigned(">", exponent, largest), exponent, largest)
-        return b.bitcast(b.sub(constant(integer, _INFINITY), largest), vector_type(x))
+        return b.bitcast(b.sub(constant(integer, _INFINITY), largest), vector_type(xs.dtype))
 
-    return x(x, y), codegen
+    return xs.dtype(xs), codegen
 
 
 @intrinsic
