@@ -6,10 +6,8 @@ them: the best spell counts, of three, and where those are short of the bound of
 
 from __future__ import annotations
 
-import statistics
-
 import pytest
-from yardsticks import YARDSTICKS, calls_a_round, collide_itself, make_case
+from yardsticks import YARDSTICKS, calls_a_round, collide_itself, make_case, spells
 
 LARGE = 8_000_000
 
@@ -28,12 +26,6 @@ BOUNDS = [
     ("plane", 10_000, True, "prange, same formula", 0.80, 60),
     ("plane", 1, False, "NumPy", 1.0, 60),
 ]
-
-
-def spells(ratios, rounds):
-    """The median of each third of `rounds`."""
-    size = rounds // 3
-    return [statistics.median(ratios[i : i + size]) for i in range(0, len(ratios) - size + 1, size)]
 
 
 @pytest.mark.parametrize(("form", "n", "one_thread", "yardstick", "bound", "rounds"), BOUNDS)

@@ -13,6 +13,7 @@ import importlib
 import math
 import os
 import shutil
+import statistics
 import subprocess
 import tempfile
 import warnings
@@ -72,6 +73,12 @@ def arrays(form: str, n: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
 def make_case(form: str, n: int) -> Case:
     """For as many threads as collide has at this moment."""
     return Case(form, n, collide.get_num_threads(), *arrays(form, n))
+
+
+def spells(ratios: list[float], rounds: int) -> list[float]:
+    """The median of each third of `rounds`."""
+    size = rounds // 3
+    return [statistics.median(ratios[i : i + size]) for i in range(0, len(ratios) - size + 1, size)]
 
 
 def calls_a_round(n: int, seconds: float = 2.5e-9) -> int:
