@@ -53,8 +53,6 @@ def by_hand(m1, m2, v1x, v1y, v2x, v2y, nx, ny, u1x, u1y, u2x, u2y):
         if beyond(square, 70):
             scale = power(x, y)
             x, y = scale * x, scale * y
-            scale = power(x, y)
-            x, y = scale * x, scale * y
             part = y * y
             square, square_low = fma(x, x, part), fma(y, y, -part)
         if beyond(first + second, 400):

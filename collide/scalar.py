@@ -258,14 +258,12 @@ def comparable(m1: Any, m2: Any) -> tuple[Any, Any]:
 
 @formula
 def normal(nx: Any, ny: Any) -> tuple[Any, Any, Any, Any]:
-    """(nx, ny) at a length between 2**-35 and 2**35, and its square as a sum of two."""
+    """(nx, ny) at a length between 2**-35 and 2**35, a subnormal one from 2**-51 on, and its square as a sum of two."""
     square, low = in_two(nx, ny, nx, ny)
     extreme = is_beyond(square, 70)
     if any_lane(extreme):
-        scale = inverse_power_of_two((nx, ny))
-        x, y = scale * nx, scale * ny
-        scale = inverse_power_of_two((x, y))  # Once more: the first is at most 2**1023, too little for a subnormal.
-        nx, ny = select(extreme, scale * x, nx), select(extreme, scale * y, ny)
+        scale = select(extreme, inverse_power_of_two((nx, ny)), 1.0)
+        nx, ny = scale * nx, scale * ny
         square, low = in_two(nx, ny, nx, ny)
     return nx, ny, square, low
 
