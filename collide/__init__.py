@@ -12,13 +12,13 @@
 
 Behind these doors is a room each, whose __init__.py says what it is for:
 
-    _system      threads, locks, how much memory there is
+    _system      threads, locks, how much memory there is, a start that may be interrupted
     _compile     all that knows Numba and LLVM: options, kernels and their cache, lanes, loads and stores
     _formulas    what the formulas of scalar.py stand on: exact sums and products, sine and cosine
     _pairs       batches: the forms and their loop, the checks of arguments, the execution of a call
     _contacts    ball states: grids, the search for contacts, their resolution in order
     _tables      columns by name, files of every format block by block, conservation
-    _cli         what only the command line needs
+    _cli         the demo and its memory limit
 
 The way of a call of `resolve_2d`: batch.py hands its arguments to _pairs/execution.py, which takes arrays as they lie
 or passes them through blocks, and has _pairs/arguments.py say what is wrong with others. The kernel comes from the
@@ -32,7 +32,7 @@ import sys
 if sys.byteorder != "little" or sys.maxsize < 2**63 - 1:
     raise ImportError("collide needs a 64-bit, little-endian platform: its kernels look at the bits of a float64")
 
-from ._cli.starting import interruptible
+from ._system.starting import interruptible
 
 with interruptible():
     from . import scalar

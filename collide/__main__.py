@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ._cli.starting import interruptible
+from ._system.starting import interruptible
 
 with interruptible():
     from ._tables import by_name, numpy_files, replacement, stream

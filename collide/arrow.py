@@ -8,16 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-import numpy as np
 import pyarrow as pa
 
 from ._tables import by_name
-from ._tables.by_name import ColumnTypeError, TableError
+from ._tables.arrow_batches import no_rows, to_numpy
 from .errors import InvalidPairError
 
 __all__ = ["resolve"]
 
-Array = np.ndarray[Any, np.dtype[Any]]
 Data = TypeVar("Data", pa.RecordBatch, pa.Table)
 
 
@@ -71,27 +69,3 @@ def resolve(
     for name, pieces in zip(chosen.outputs, results, strict=True):
         data = data.append_column(name, pa.chunked_array(pieces) if isinstance(data, pa.Table) else pieces[0])
     return data
-
-
-def no_rows(schema: Any, columns: by_name.Columns) -> Any:
-    """A table of the columns that collide. Of others, pyarrow cannot make an empty one of every type."""
-    return pa.schema([schema.field(name) for name in columns.inputs.values()]).empty_table()
-
-
-def to_numpy(batch: Any, columns: by_name.Columns, start: int) -> dict[str, Array]:
-    """The columns that collide, by their arguments, without a copy. `start`: the number of the batch's first row."""
-    arrays = {}
-    for argument, name in columns.inputs.items():
-        column = batch.column(name)
-        kind = column.type
-        if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind)):
-            raise ColumnTypeError(f"column {name}: has type {kind}, must be a real number")
-        if column.null_count:
-            row = start + column.is_null().index(True).as_py()
-            raise TableError(
-                f"column {name}: row {row}: is null ({by_name.counted(column.null_count, 'null')} from here on)"
-            )
-        if isinstance(column, pa.ChunkedArray):
-            column = column.combine_chunks()
-        arrays[argument] = column.to_numpy(zero_copy_only=False)
-    return arrays

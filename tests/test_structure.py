@@ -13,7 +13,7 @@ import collide
 PACKAGE = Path(collide.__file__).parent
 # Each module imports from earlier lines only.
 ORDER = """
-    _cli.starting  _system.locks  _compile.cache  _tables.replacement
+    _system.starting  _system.locks  _compile.cache  _tables.replacement
     _compile.options
     _compile.kernel
     _compile.lanes
@@ -27,8 +27,8 @@ ORDER = """
     _cli.limit  _pairs.execution  _contacts.grid
     _contacts.layout
     _contacts.search  _contacts.in_order  _tables.conservation  _tables.by_name
-    batch  contacts  arrow  _tables.stream
-    _tables.numpy_files  _tables.arrow_files  dask
+    batch  contacts  _tables.stream  _tables.arrow_batches
+    arrow  _tables.numpy_files  _tables.arrow_files  dask
     _tables.ipc_files  _tables.csv_files
     __init__
     _cli.demo

@@ -1,1 +1,1 @@
-"""What only the command line needs: an orderly start, the demo and its memory limit."""
+"""What only the command line needs: the demo, and the memory limit that it shows."""

@@ -1,1 +1,1 @@
-"""Threads, and the locks that they wait for."""
+"""Threads and the locks that they wait for, how much memory there is, and an orderly start under interrupts."""

@@ -12,8 +12,8 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from ..arrow import no_rows, to_numpy
 from . import stream
+from .arrow_batches import no_rows, to_numpy
 from .by_name import Columns, TableError
 from .stream import Array, Block, Source, Write, check_size, size
 
