@@ -17,6 +17,7 @@ from numba.core import config
 import collide
 from collide._compile import cache as _cache
 from collide._compile import kernel as _kernel
+from collide._system import ownership
 
 # The mark tells the answers of the formula and of its edit apart.
 SHOW = "print('u1 =', collide.resolve_1d([1.0], [3.0], [4.0], [0.0]).u1[0])"
@@ -304,11 +305,11 @@ def test_folder_in_a_kernels_place_stays_there(cache, loads):
 
 def test_kernels_of_root_are_for_all(cache, loads, monkeypatch):
     """And users do not replace each other's."""
-    monkeypatch.setattr(_cache, "_owners", lambda: (os.geteuid(), os.geteuid()))
+    monkeypatch.setattr(ownership, "owners", lambda: (os.geteuid(), os.geteuid()))
     assert not loads()
-    monkeypatch.setattr(_cache, "_owners", lambda: (54321, os.geteuid()))
+    monkeypatch.setattr(ownership, "owners", lambda: (54321, os.geteuid()))
     assert loads()
-    monkeypatch.setattr(_cache, "_owners", lambda: (54321, 54321))
+    monkeypatch.setattr(ownership, "owners", lambda: (54321, 54321))
     before = only(cache), only(cache).read_bytes()
     assert not loads()
     assert (only(cache), only(cache).read_bytes()) == before
@@ -335,11 +336,11 @@ def test_nothing_is_kept_where_files_have_no_rights(cache, loads, monkeypatch):
 def test_platform_without_owners_and_rights(cache, loads, monkeypatch):
     for name in ("geteuid", "fchmod", "O_NONBLOCK", "O_NOFOLLOW"):
         monkeypatch.delattr(os, name)
-    spec = importlib.util.spec_from_file_location("collide._compile.cache", _cache.__file__)
+    spec = importlib.util.spec_from_file_location("collide._system.ownership", ownership.__file__)
     there = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(there)
     for name in ("_OWNED", "_CAREFUL"):
-        monkeypatch.setattr(_cache, name, getattr(there, name))
+        monkeypatch.setattr(ownership, name, getattr(there, name))
     assert not loads()
     only(cache).chmod(0o666)  # as all files are there
     assert loads()
@@ -443,7 +444,8 @@ class Broken:
         raise RuntimeError("broken")
 
 
-PARTS = ["_folders", "_owners", "_environment", "_sources_digest", "_read", "_write", "_remove_unused", "dumps", "time"]
+PARTS = ["_folders", "_environment", "_sources_digest", "_read", "_write", "_remove_unused", "dumps", "time"]
+PARTS += [f"ownership.{part}" for part in ("owners", "open_carefully", "show_to_others", "is_safe")]
 
 
 @pytest.mark.parametrize("part", PARTS)
@@ -451,7 +453,7 @@ PARTS = ["_folders", "_owners", "_environment", "_sources_digest", "_read", "_wr
 def test_no_part_of_the_cache_fails_a_call(part, after, loads, monkeypatch):
     if after:
         loads()
-    monkeypatch.setattr(_cache, part, Broken())
+    monkeypatch.setattr(f"collide._compile.cache.{part}", Broken())
     loads()
 
 

@@ -13,7 +13,8 @@ import collide
 PACKAGE = Path(collide.__file__).parent
 # Each module imports from earlier lines only.
 ORDER = """
-    _system.starting  _system.locks  _compile.cache  _tables.replacement
+    _system.starting  _system.locks  _system.forks  _system.ownership  _tables.replacement
+    _compile.cache
     _compile.options
     _compile.kernel
     _compile.lanes

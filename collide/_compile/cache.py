@@ -11,7 +11,6 @@ import importlib.machinery
 import os
 import pickle
 import re
-import stat
 import sys
 import time
 from pathlib import Path
@@ -24,15 +23,12 @@ from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
+from .._system import ownership
+
 _PACKAGE = Path(__file__).parents[1]
 _DAY = 24 * 3600.0
 _UNUSED = 30 * _DAY  # after which a kernel, of an older version perhaps, is removed
 _OURS = re.compile(r".*-[0-9a-f]{32}\.nbc(\.[0-9a-f]+\.tmp)?", re.DOTALL)
-
-# Where files have no owners and rights of this kind, on Windows, what lies in the user's folders is the user's.
-_OWNED = hasattr(os, "geteuid")
-# Not to wait for the writer of a FIFO in a kernel's place, and not to follow a link to another file of the user's.
-_CAREFUL = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0)
 
 # What Numba takes from the environment and puts into the code; the processor is named elsewhere.
 _SETTINGS = (
@@ -71,7 +67,7 @@ class DiskCache(NullCache):  # type: ignore[misc]
         with contextlib.suppress(Exception):
             target_context.refresh()
             for folder in _folders() if _SOURCES else []:
-                for owner in _owners():
+                for owner in ownership.owners():
                     with contextlib.suppress(Exception):
                         path = self._path(folder, owner, sig, target_context.codegen())
                         return CompileResult._rebuild(target_context, *pickle.loads(_read(path, owner)))
@@ -81,7 +77,7 @@ class DiskCache(NullCache):  # type: ignore[misc]
         with contextlib.suppress(Exception):
             if not _SOURCES or _sources_digest() != _SOURCES:
                 return  # no source to name it by, or another by now than what was imported
-            payload, owner = dumps(data._reduce()), _owners()[0]
+            payload, owner = dumps(data._reduce()), ownership.owners()[0]
             for folder in _folders():
                 with contextlib.suppress(Exception):
                     folder.mkdir(parents=True, exist_ok=True)
@@ -97,15 +93,14 @@ def _checksum(path: Path, payload: bytes) -> bytes:
 
 def _read(path: Path, owner: int) -> bytes:
     """What _write has written there, or an error."""
-    with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _CAREFUL)) as file:
-        status = os.fstat(file.fileno())  # of what has been opened: the name may be another's file by now
-        if not _is_safe(status, owner):
+    with ownership.open_carefully(path) as file:
+        if not ownership.is_safe(file.fileno(), owner):
             raise PermissionError
-        content = file.read()
+        last_used, content = os.fstat(file.fileno()).st_mtime, file.read()
     payload = content[32:]
     if _checksum(path, payload) != content[:32]:
         raise ValueError
-    if time.time() - status.st_mtime > _DAY:
+    if time.time() - last_used > _DAY:
         with contextlib.suppress(OSError):
             os.utime(path)  # in use: see _remove_unused
     return payload
@@ -118,9 +113,8 @@ def _write(path: Path, owner: int, payload: bytes) -> None:
     # Open to nobody else until its rights are known, whatever the umask.
     with open(temporary, "xb", opener=lambda name, flags: os.open(name, flags, 0o600)) as file:
         try:
-            if _OWNED:
-                os.fchmod(file.fileno(), 0o644)  # for whoever else may read the folder
-            if not _is_safe(os.fstat(file.fileno()), owner):
+            ownership.show_to_others(file.fileno())
+            if not ownership.is_safe(file.fileno(), owner):
                 raise PermissionError  # a file system without rights: what is written there would never be read
             file.write(_checksum(path, payload) + payload)
             file.close()
@@ -129,19 +123,6 @@ def _write(path: Path, owner: int, payload: bytes) -> None:
             file.close()
             temporary.unlink()
             raise
-
-
-def _owners() -> tuple[int, ...]:
-    """Whose kernels are read: those of this user, who writes them, and of root."""
-    return (os.geteuid(), 0) if _OWNED else (0,)
-
-
-def _is_safe(status: os.stat_result, owner: int) -> bool:
-    """Whether it is a file that the owner has written, and that nobody else may write."""
-    if not _OWNED:
-        return stat.S_ISREG(status.st_mode)
-    others = stat.S_IWGRP | stat.S_IWOTH
-    return stat.S_ISREG(status.st_mode) and status.st_uid == owner and not status.st_mode & others
 
 
 def _remove_unused(folder: Path) -> None:

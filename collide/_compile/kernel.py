@@ -5,7 +5,6 @@ from __future__ import annotations
 import _thread
 import atexit
 import contextlib
-import os
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -17,6 +16,7 @@ from numba.core import config
 from numba.core.compiler_lock import global_compiler_lock
 
 from .._system import locks
+from .._system.forks import at_fork
 from .cache import DiskCache
 from .options import batch_loop
 
@@ -128,13 +128,12 @@ _makers: list[locks.Lock] = []  # of the threads that have made kernels, each he
 # comes first.
 atexit.register(locks.waiting(_makers))
 
-if hasattr(os, "register_at_fork"):
-    # A child forked in the middle of a compilation would wait for a thread that it does not have. So the fork waits.
-    os.register_at_fork(
-        before=global_compiler_lock.acquire,
-        after_in_parent=global_compiler_lock.release,
-        after_in_child=global_compiler_lock.release,
-    )
-    # Nor has it a thread that was about to begin.
-    os.register_at_fork(after_in_child=_makers.clear)
-    os.register_at_fork(after_in_child=_under_way.clear)
+# A child forked in the middle of a compilation would wait for a thread that it does not have. So the fork waits.
+at_fork(
+    before=global_compiler_lock.acquire,
+    after_in_parent=global_compiler_lock.release,
+    after_in_child=global_compiler_lock.release,
+)
+# Nor has it a thread that was about to begin.
+at_fork(after_in_child=_makers.clear)
+at_fork(after_in_child=_under_way.clear)

@@ -1,1 +1,1 @@
-"""Threads and the locks that they wait for, how much memory there is, and an orderly start under interrupts."""
+"""What differs by operating system: threads and locks, forks, memory, whose files are whose, an orderly start."""

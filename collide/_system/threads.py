@@ -23,6 +23,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from . import locks
+from .forks import at_fork
 
 Result = TypeVar("Result")
 
@@ -249,5 +250,4 @@ def _after_fork() -> None:
     locks.after_fork()
 
 
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_after_fork)
+at_fork(after_in_child=_after_fork)
