@@ -26,7 +26,7 @@ from typing import Any
 from ._compile.elementwise import as_float64, inverse_power_of_two, is_beyond, select, square_root
 from ._compile.lanes import any_lane
 from ._compile.options import formula
-from ._formulas.exact import dot, fused, two_dot, two_product, two_sum
+from ._formulas.exact import dot, dot_in_two, fused, two_dot, two_product, two_sum
 from ._formulas.sincos import sincos
 
 __all__ = ["impulse_2d", "resolve_1d", "resolve_2d", "resolve_polar", "time_of_impact"]
@@ -200,17 +200,10 @@ def in_plane(
 ) -> tuple[Any, Any, Any]:
     """u = v -+ j n and the closing speed (v1-v2).n, given n.n = square + low."""
     v1x, v1y, v2x, v2y = as_float64(v1x), as_float64(v1y), as_float64(v2x), as_float64(v2y)
-    closing, closing_low = in_two(v1x - v2x, v1y - v2y, nx, ny)
+    closing, closing_low = dot_in_two(v1x - v2x, nx, v1y - v2y, ny)
     j1, j2, j = changes(m1, m2, closing, closing_low, square, low, restitution)
     after = fused(-j1, nx, v1x), fused(-j1, ny, v1y), fused(j2, nx, v2x), fused(j2, ny, v2y)
     return after, closing if low is None else closing + closing_low, (j1, j2, j)
-
-
-@formula
-def in_two(ax: Any, ay: Any, bx: Any, by: Any) -> tuple[Any, Any]:
-    """a.b as a sum of two: all that is lost is the rounding of the first."""
-    p, low = two_product(ay, by)
-    return fused(ax, bx, p), low
 
 
 @formula
@@ -259,12 +252,12 @@ def comparable(m1: Any, m2: Any) -> tuple[Any, Any]:
 @formula
 def normal(nx: Any, ny: Any) -> tuple[Any, Any, Any, Any]:
     """(nx, ny) at a length between 2**-35 and 2**35, a subnormal one from 2**-51 on, and its square as a sum of two."""
-    square, low = in_two(nx, ny, nx, ny)
+    square, low = dot_in_two(nx, nx, ny, ny)
     extreme = is_beyond(square, 70)
     if any_lane(extreme):
         scale = select(extreme, inverse_power_of_two((nx, ny)), 1.0)
         nx, ny = scale * nx, scale * ny
-        square, low = in_two(nx, ny, nx, ny)
+        square, low = dot_in_two(nx, nx, ny, ny)
     return nx, ny, square, low
 
 

@@ -81,7 +81,7 @@ def test_line():
 @pytest.mark.parametrize("kind", climb.RESTITUTIONS)
 @pytest.mark.parametrize("name", BOUND)
 def test_climbs_to_the_worst_case(name, kind):
-    """Of the formula before this one, the first of these finds 8.96 in the plane; an hour on one processor, 9.6."""
+    """Of the formula before, the first of these finds 8.96 in the plane; one of 12 million candidates found 9.6."""
     climbs = [climb.climb(name, kind, seed, wide=wide) for seed, wide in ((0, False), (3, False), (0, True))]
     error, row = max((error, pair.tolist()) for error, pair in climbs)
     print(f"{name}, e {kind}: worst found {error:.2f} eps, at {row}")

@@ -11,7 +11,7 @@ import collide
 
 INF = np.inf
 # eps of the lighter mass times the largest velocity component before or after. p is rounded by 9 u and a half, where u
-# is half an eps, and may be 2.8 times that product; the components of v1-v2 add 2.8 u. Climbs find 6.
+# is half an eps, and may be 2.8 times that product; the components of v1-v2 add 2.8 u. Climbs find less than 6.
 BOUND = 16
 
 

@@ -30,10 +30,17 @@ def two_product(x: Any, y: Any) -> Any:
 
 
 @formula
+def dot_in_two(a: Any, b: Any, c: Any, d: Any) -> Any:
+    """a*b + c*d as a sum of two: all that is lost is the rounding of the first."""
+    p, low = two_product(c, d)
+    return fused(a, b, p), low
+
+
+@formula
 def dot(a: Any, b: Any, c: Any, d: Any) -> Any:
     """a*b + c*d to one and a half units in the last place, even where it cancels (Kahan)."""
-    p, e = two_product(c, d)
-    return fused(a, b, p) + e
+    high, low = dot_in_two(a, b, c, d)
+    return high + low
 
 
 @formula
@@ -87,6 +94,7 @@ def _halves(x: Any) -> Any:
 
 
 def _in_integers(x: float, y: float, z: float) -> float:
+    """x*y + z of any size, by whole numbers; Python rounds their quotient once."""
     if not (math.isfinite(x) and math.isfinite(y)):
         return x * y + z
     if not math.isfinite(z):
