@@ -26,7 +26,7 @@ import numpy as np
 
 import collide
 from collide._cli.demo import numpy_2d, numpy_polar, random_pairs
-from collide._cli.limit import LIMIT_1D, LIMIT_2D, LIMIT_IMPACT, LIMIT_POLAR
+from collide._cli.limit import LIMITS
 from collide._pairs.execution import resolve
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -102,7 +102,7 @@ def collide_itself(case: Case) -> Call:
 
 def bytes_only(case: Case) -> Call:
     """The memory limit: the same loads and stores, and next to no arithmetic."""
-    form = {"line": LIMIT_1D, "plane": LIMIT_2D, "polar": LIMIT_POLAR, "impact": LIMIT_IMPACT}[case.form]
+    form = LIMITS[{"line": "1d", "plane": "2d"}.get(case.form, case.form)]
     columns = case.columns if case.form == "impact" else (*case.columns, 1.0)
     return lambda: resolve(form, columns, False, "raise", case.out)
 

@@ -20,6 +20,7 @@ from typing import Any
 from ._system.starting import interruptible
 
 with interruptible():
+    from ._pairs.forms import COLLISIONS
     from ._tables import by_name, numpy_files, replacement, stream
 
 # By the modules and the names of classes: pyarrow is imported where it is needed.
@@ -88,7 +89,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True)
     demo = commands.add_parser("demo", help="time ten million random pairs on this machine")
     demo.set_defaults(run=_demonstrate, input="demo", output="demo")
-    columns = "; ".join(f"{name}: {' '.join(form.columns[:-1])}" for name, form in by_name.FORMS.items())
+    columns = "; ".join(f"{name}: {' '.join(form.columns[:-1])}" for name, form in COLLISIONS.items())
     one = commands.add_parser(
         "resolve",
         help="resolve the pairs in a file",
@@ -100,7 +101,7 @@ def _parser() -> argparse.ArgumentParser:
     one.add_argument("input", metavar="INPUT", type=Path)
     one.add_argument("-o", "--output", metavar="OUTPUT", type=Path, required=True)
     one.add_argument("--overwrite", action="store_true", help="replace OUTPUT if it is there")
-    one.add_argument("--form", choices=tuple(by_name.FORMS), help="default: the one whose columns are there")
+    one.add_argument("--form", choices=tuple(COLLISIONS), help="default: the one whose columns are there")
     one.add_argument(
         "--columns",
         metavar="m1=NAME,...",

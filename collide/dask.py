@@ -28,7 +28,7 @@ import numpy as np
 
 from . import batch
 from ._pairs import arguments, execution
-from ._pairs.forms import FORM_1D, FORM_2D, FORM_POLAR, IMPACT, IMPULSE
+from ._pairs.forms import FORMS
 from ._system import threads
 from .errors import InvalidPairError
 
@@ -51,7 +51,7 @@ def resolve_1d(
     >>> [u.compute() for u in collide.dask.resolve_1d(0.5, 3.5, v1, 0.0)]
     [array([-3., -6.]), array([1., 2.])]
     """
-    return batch.Velocities1D(*_lazily("line", (m1, m2, v1, v2, restitution), approaching_only, invalid))
+    return batch.Velocities1D(*_lazily("1d", (m1, m2, v1, v2, restitution), approaching_only, invalid))
 
 
 def resolve_2d(
@@ -76,7 +76,7 @@ def resolve_2d(
     array([0.5, 1. , 1.5])
     """
     inputs = m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution
-    return batch.Velocities2D(*_lazily("plane", inputs, approaching_only, invalid))
+    return batch.Velocities2D(*_lazily("2d", inputs, approaching_only, invalid))
 
 
 def resolve_polar(
@@ -136,13 +136,10 @@ def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any, *, inval
 
 _MOST_DIMENSIONS = 64  # of NumPy's arrays; the results of a chunk lie in one array, which has one more
 
-# By name: kernels stay where they have been compiled.
-_FORMS = {"line": FORM_1D, "plane": FORM_2D, "polar": FORM_POLAR, "impulse": IMPULSE, "impact": IMPACT}
-
 
 def _lazily(form: str, inputs: Sequence[Any], approaching_only: Any, invalid: Any) -> list[Any]:
     """The outputs: slices of one array of them all, each of whose chunks is a task."""
-    columns, outputs = _FORMS[form].columns, _FORMS[form].outputs
+    columns, outputs = FORMS[form].columns, FORMS[form].outputs
     values = dict(zip(columns, inputs, strict=True))
     arrays = {name: array for name, value in values.items() if (array := _array(name, value)) is not None}
     for name, array in arrays.items():
@@ -152,7 +149,7 @@ def _lazily(form: str, inputs: Sequence[Any], approaching_only: Any, invalid: An
     if len(shape) >= _MOST_DIMENSIONS:
         raise ValueError(f"arguments of {len(shape)} dimensions: must have fewer than {_MOST_DIMENSIONS}")
     none = {**values, **{name: np.empty(0, array.dtype) for name, array in arrays.items()}}
-    like, _ = execution.attempt(_FORMS[form], tuple(none.values()), approaching_only, invalid, None)
+    like, _ = execution.attempt(FORMS[form], tuple(none.values()), approaching_only, invalid, None)
     dtype = like[0].dtype
     if not arrays:  # one of the numbers is the array, of its own dtype: a number that decides on the result's, if any
         name = next((name for name, value in values.items() if type(value) not in arguments.WEAK), columns[0])
@@ -162,7 +159,7 @@ def _lazily(form: str, inputs: Sequence[Any], approaching_only: Any, invalid: An
     stacked = da.map_blocks(
         _resolve_chunk,
         *values.values(),
-        form=form,
+        form=form,  # by its name: kernels stay where they have been compiled
         dtypes=[arrays[name].dtype.str if name in arrays else None for name in columns],
         result=dtype.str,
         options=(approaching_only, invalid),
@@ -203,12 +200,10 @@ def _resolve_chunk(
     """The outputs of a chunk, as one array."""
     # A block may have another dtype than its array says.
     inputs = tuple(b if kind is None else np.asarray(b, kind) for b, kind in zip(blocks, dtypes, strict=True))
-    shape = arguments.broadcast_shape(_FORMS[form].columns, [*map(np.asarray, inputs)])
-    stacked = np.empty((len(_FORMS[form].outputs), *shape), result)
+    shape = arguments.broadcast_shape(FORMS[form].columns, [*map(np.asarray, inputs)])
+    stacked = np.empty((len(FORMS[form].outputs), *shape), result)
     with threads.alone():
-        _, error = execution.attempt(
-            _FORMS[form], inputs, *options, tuple(stacked[k, ...] for k in range(len(stacked)))
-        )
+        _, error = execution.attempt(FORMS[form], inputs, *options, tuple(stacked[k, ...] for k in range(len(stacked))))
     if error and options[1] == "raise":
         index = (start[b] + i for start, b, i in zip(starts, block_id[1:], error.index, strict=True))
         raise InvalidPairError(tuple(index), error.count, error.reason)

@@ -20,14 +20,11 @@ kernel of yours with `cache=True`: it does not see that these formulas have chan
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from ._compile.elementwise import as_float64, inverse_power_of_two, is_beyond, select, square_root
-from ._compile.lanes import any_lane
 from ._compile.options import formula
-from ._formulas.exact import dot, dot_in_two, fused, two_dot, two_product, two_sum
-from ._formulas.sincos import sincos
+from ._formulas.collision import collision, impulse, in_polar_form, in_the_plane, on_a_line
+from ._formulas.impact import impact
 
 __all__ = ["impulse_2d", "resolve_1d", "resolve_2d", "resolve_polar", "time_of_impact"]
 
@@ -41,8 +38,8 @@ def resolve_1d(m1: Any, m2: Any, v1: Any, v2: Any, restitution: Any = 1.0) -> tu
     >>> collide.scalar.resolve_1d(0.5, 3.5, 4.0, 0.0)
     (np.float64(-3.0), np.float64(1.0))
     """
-    after, _, _ = on_line(m1, m2, v1, v2, restitution)
-    return after  # type: ignore[no-any-return]
+    u1, u2, _, _ = collision(*on_a_line(m1, m2, v1, v2, restitution))
+    return u1 + u2  # type: ignore[no-any-return]
 
 
 @formula
@@ -62,9 +59,8 @@ def resolve_2d(
     >>> bounce(2.0, 0.0)
     -2.0
     """
-    nx, ny, square, low = normal(as_float64(nx), as_float64(ny))
-    after, _, _ = in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, square, low, restitution)
-    return after  # type: ignore[no-any-return]
+    u1, u2, _, _ = collision(*in_the_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution))
+    return u1 + u2  # type: ignore[no-any-return]
 
 
 @formula
@@ -80,10 +76,8 @@ def resolve_polar(
     >>> [round(float(u), 15) for u in collide.scalar.resolve_polar(1.0, 1.0, 2.0, 0.0, 0.0, 0.0, np.pi / 4)]
     [1.0, -1.0, 1.0, 1.0]
     """
-    v1x, v1y, v2x, v2y, nx, ny = from_polar(v1, theta1, v2, theta2, phi)
-    # cos**2 + sin**2 is as near to 1 as its own rounding would leave it.
-    after, _, _ = in_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, 1.0, None, restitution)
-    return after  # type: ignore[no-any-return]
+    u1, u2, _, _ = collision(*in_polar_form(m1, m2, v1, theta1, v2, theta2, phi, restitution))
+    return u1 + u2  # type: ignore[no-any-return]
 
 
 @formula
@@ -100,23 +94,8 @@ def impulse_2d(
     >>> collide.scalar.impulse_2d(1.0, 1.0, 2.0, 0.0, 0.0, 0.0, 3.0, 0.0)
     np.float64(2.0)
     """
-    p, _ = impulse(m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution)
+    p, _ = impulse(*in_the_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution))
     return p
-
-
-@formula
-def impulse(
-    m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, restitution: Any
-) -> tuple[Any, Any]:
-    """The impulse and the closing speed. By the lighter ball: the other may be immovable."""
-    m1, m2, e = as_float64(m1), as_float64(m2), as_float64(restitution)
-    v1x, v1y, v2x, v2y = as_float64(v1x), as_float64(v1y), as_float64(v2x), as_float64(v2y)
-    nx, ny, square, _ = normal(as_float64(nx), as_float64(ny))
-    closing = dot(v1x - v2x, nx, v1y - v2y, ny)
-    first = m1 <= m2
-    mass = select(first, m1, m2)
-    light, heavy = comparable(mass, select(first, m2, m1))
-    return mass * (heavy / ((light + heavy) * square_root(square)) * fused(e, closing, closing)), closing
 
 
 @formula
@@ -139,130 +118,5 @@ def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
     >>> collide.scalar.time_of_impact(5.0, 0.0, -1.0, 0.0, 2.0)
     np.float64(3.0)
     """
-    t, _ = impact(dx, dy, dvx, dvy, distance)
+    t, _ = impact((dx, dy), (dvx, dvy), distance)
     return t
-
-
-@formula
-def impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> tuple[Any, Any]:
-    """The time of impact, NaN if it is too large for a float64, and a number that is small if all is well."""
-    dx, dy, dvx, dvy = as_float64(dx), as_float64(dy), as_float64(dvx), as_float64(dvy)
-    distance = as_float64(distance)
-    # Lengths and velocities near 1, by powers of two: no product overflows, and few underflow.
-    length, speed = inverse_power_of_two((dx, dy, distance)), inverse_power_of_two((dvx, dvy))
-    dx, dy, reach, wx, wy = length * dx, length * dy, length * distance, speed * dvx, speed * dvy
-    along = dot(dx, wx, dy, wy)
-    across, across_low = two_dot(dx, wy, -dy, wx)
-    square, square_low = two_dot(wx, wx, wy, wy)
-    away, away_low = two_dot(dx, dx, dy, dy)
-    touching, touching_low = two_product(reach, reach)
-    gap, gap_low = two_sum(away, -touching)
-    gap = gap + (gap_low + (away_low - touching_low))
-    most, most_low = two_product(touching, square)
-    least, least_low = two_product(across, across)
-    most_low = most_low + (touching * square_low + touching_low * square)
-    least_low = least_low + (2.0 * across + across_low) * across_low
-    under = (most - least) + (most_low - least_low)
-    approach = along < 0.0
-    # Within its own error it is 0: an exact graze is a contact, and the root of an error would be some 2**-52 of R|w|.
-    slack = 2.0**-102 * most
-    t = gap / select(approach, square_root(select(under > slack, under, 0.0)) - along, 1.0)
-    # speed / length, where 2/length is the power of two for a length that is one.
-    speed, unit = select(approach, speed, 1.0), inverse_power_of_two((length,))
-    size, scaled = along + gap, t * (0.5 * speed * unit)
-    large = scaled > 2.0**127  # what a float32 does not hold
-    if any_lane(large):
-        # Perhaps only the product of the factors is too large: the larger first, with room for the t of subnormal
-        # velocities, up to 2**54.
-        slower = speed < unit
-        again = (t * (2.0**-60 * select(slower, unit, speed))) * (2.0**59 * select(slower, speed, unit))
-        scaled = select(large, select(again < math.inf, again, math.nan), scaled)
-        size = size + scaled
-    meet = select(gap <= 0.0, 0.0, select(under >= -slack, scaled, math.inf))
-    return select(approach, meet, math.inf), size
-
-
-# The velocities after, the closing speed, positive when the pair approaches, and the changes (j1, j2, about j1+j2).
-
-
-@formula
-def on_line(m1: Any, m2: Any, v1: Any, v2: Any, restitution: Any) -> tuple[Any, Any, Any]:
-    """u = v -+ j and the closing speed v1-v2."""
-    v1, v2 = as_float64(v1), as_float64(v2)
-    closing = v1 - v2
-    j1, j2, j = changes(m1, m2, closing, 0.0, 1.0, None, restitution)
-    return (v1 - j1, v2 + j2), closing, (j1, j2, j)
-
-
-@formula
-def in_plane(
-    m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, square: Any, low: Any, restitution: Any
-) -> tuple[Any, Any, Any]:
-    """u = v -+ j n and the closing speed (v1-v2).n, given n.n = square + low."""
-    v1x, v1y, v2x, v2y = as_float64(v1x), as_float64(v1y), as_float64(v2x), as_float64(v2y)
-    closing, closing_low = dot_in_two(v1x - v2x, nx, v1y - v2y, ny)
-    j1, j2, j = changes(m1, m2, closing, closing_low, square, low, restitution)
-    after = fused(-j1, nx, v1x), fused(-j1, ny, v1y), fused(j2, nx, v2x), fused(j2, ny, v2y)
-    return after, closing if low is None else closing + closing_low, (j1, j2, j)
-
-
-@formula
-def changes(
-    m1: Any, m2: Any, closing: Any, closing_low: Any, square: Any, square_low: Any, restitution: Any
-) -> tuple[Any, Any, Any]:
-    """j = (1+e) (the other's share of the mass) (v1-v2).n / n.n: how much the velocities of 1 and 2 change along n.
-
-    A first try, and what it leaves of (j1+j2) n.n = (1+e) (v1-v2).n, shared out in the same way: this takes away each
-    error that the two have in common, and one division does for both. tests/test_exact.py counts what remains. Without
-    `square_low` the low parts are left out: beside angles, whose own rounding is more, they cost 2 % and gain little.
-    """
-    m1, m2 = comparable(as_float64(m1), as_float64(m2))
-    e = as_float64(restitution)
-    inverse = 1.0 / ((m1 + m2) * square)
-    w1, w2 = m2 * inverse, m1 * inverse
-    q = fused(e, closing, closing)
-    j1, j2 = w1 * q, w2 * q
-    j = j1 + j2
-    # From the closing speed on, not from q: of equal masses the first step is then exact, and they exchange exactly.
-    left = fused(e, closing, fused(-j2, square, fused(-j1, square, closing)))
-    if square_low is not None:
-        left = left + fused(-j, square_low, fused(e, closing_low, closing_low))
-    return fused(w1, left, j1), fused(w2, left, j2), j
-
-
-# Masses and normals may have any size, and only their ratios matter: those far from 1, whose products could overflow or
-# underflow, are first brought near it by a power of two, which is exact. Element by element: a pair's bits do not
-# depend on its neighbours.
-
-
-@formula
-def comparable(m1: Any, m2: Any) -> tuple[Any, Any]:
-    """Masses of the same ratio, whose sum can be multiplied by the square of a normal."""
-    extreme = is_beyond(m1 + m2, 400)
-    if any_lane(extreme):
-        # Infinite and finite are as 1 and 0; NaN stays NaN, and two infinite masses give 0/0.
-        wall1, wall2 = m1 == math.inf, m2 == math.inf
-        none1, none2 = select(m1 >= 0.0, 0.0, m1), select(m2 >= 0.0, 0.0, m2)
-        m1, m2 = select(wall2, none1, select(wall1, 1.0, m1)), select(wall1, none2, select(wall2, 1.0, m2))
-        scale = select(extreme, inverse_power_of_two((m1, m2)), 1.0)
-        m1, m2 = scale * m1, scale * m2
-    return m1, m2
-
-
-@formula
-def normal(nx: Any, ny: Any) -> tuple[Any, Any, Any, Any]:
-    """(nx, ny) at a length between 2**-35 and 2**35, a subnormal one from 2**-51 on, and its square as a sum of two."""
-    square, low = dot_in_two(nx, nx, ny, ny)
-    extreme = is_beyond(square, 70)
-    if any_lane(extreme):
-        scale = select(extreme, inverse_power_of_two((nx, ny)), 1.0)
-        nx, ny = scale * nx, scale * ny
-        square, low = dot_in_two(nx, nx, ny, ny)
-    return nx, ny, square, low
-
-
-@formula
-def from_polar(v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
-    """v1x, v1y, v2x, v2y, nx, ny."""
-    (s1, c1), (s2, c2), (s, c) = sincos(as_float64(theta1), as_float64(theta2), as_float64(phi))
-    return v1 * c1, v1 * s1, v2 * c2, v2 * s2, c, s

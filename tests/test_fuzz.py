@@ -14,6 +14,7 @@ import naive
 import numpy as np
 
 import collide
+from collide._formulas.collision import normal
 from collide._formulas.exact import dot
 
 PLANE = ("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny", "restitution")
@@ -102,8 +103,8 @@ def meaning(function, values, shape, dtype, approaching_only):
             before, after = columns[2:4], collide.scalar.resolve_1d(*columns)
             closing = before[0] - before[1]
         else:
-            v, (nx, ny, square, _) = columns[2:6], collide.scalar.normal(*columns[6:8])
-            closing = dot(v[0] - v[2], nx, v[1] - v[3], ny)
+            v, (n, square, _) = columns[2:6], normal(tuple(columns[6:8]))
+            closing = dot((v[0] - v[2], v[1] - v[3]), n)
             good &= (square > 0) & (square < np.inf)
             after = getattr(collide.scalar, function)(*columns)
             before, after = ([np.zeros(shape)], [after]) if function == "impulse_2d" else (v, after)

@@ -18,10 +18,11 @@ ORDER = """
     _compile.options
     _compile.kernel
     _compile.lanes
-    _compile.elementwise  _compile.memory
+    _compile.components  _compile.elementwise  _compile.memory
     _compile.gather
     _formulas.exact
-    _formulas.sincos
+    _formulas.sincos  _formulas.impact
+    _formulas.collision
     scalar
     _pairs.loop
     _pairs.forms  errors  _system.threads  _system.memory  _pairs.arguments

@@ -13,7 +13,7 @@ from .. import batch, get_num_threads
 from .._pairs import execution
 from .._pairs.forms import FORM_2D, FORM_POLAR, Form
 from .._tables.conservation import Conservation
-from .limit import LIMIT_2D, LIMIT_POLAR
+from .limit import LIMITS
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -55,20 +55,20 @@ def main(n: int = 10_000_000, rounds: int = 7) -> None:
     cartesian, polar = random_pairs(n)
     out = tuple(np.zeros(n) for _ in range(4))
     print(f"{n:,} random pairs, float64, {get_num_threads()} threads; medians of interleaved rounds\n")
-    _compare("Cartesian", batch.resolve_2d, numpy_2d, LIMIT_2D, cartesian, out, rounds)
+    _compare("Cartesian", batch.resolve_2d, numpy_2d, FORM_2D, cartesian, out, rounds)
     print(_drift(FORM_2D, cartesian, out))
-    _compare("polar", batch.resolve_polar, numpy_polar, LIMIT_POLAR, polar, out, rounds)
+    _compare("polar", batch.resolve_polar, numpy_polar, FORM_POLAR, polar, out, rounds)
     print(_drift(FORM_POLAR, polar, out))
     print(f"{time.perf_counter() - began:.1f} s in all")
 
 
 def _compare(
-    name: str, resolve: Any, in_numpy: Any, limit: Form, columns: list[Array], out: tuple[Array, ...], rounds: int
+    name: str, resolve: Any, in_numpy: Any, form: Form, columns: list[Array], out: tuple[Array, ...], rounds: int
 ) -> None:
     """Prints how the batch function does against the NumPy expression and the memory limit."""
-    n = out[0].size
+    n, bytes_only = out[0].size, LIMITS[form.name]
     contestants: dict[str, Callable[[], Any]] = {
-        "limit": lambda: execution.resolve(limit, (*columns, 1.0), False, "raise", out),
+        "limit": lambda: execution.resolve(bytes_only, (*columns, 1.0), False, "raise", out),
         "NumPy": lambda: in_numpy(*columns),
         "collide": lambda: resolve(*columns, out=out),
     }

@@ -7,32 +7,23 @@ from __future__ import annotations
 
 from typing import Any
 
+from .._compile.components import each
 from .._compile.lanes import LINE
 from .._compile.memory import is_usual, lead, load, store
 from .._compile.options import formula
-from .._pairs.forms import FORM_1D, FORM_2D, FORM_POLAR, IMPACT, make_form
+from .._pairs.forms import FORMS, Form, batch_kernels
 from .._pairs.loop import STREAM_BYTES
 
-# A few sums a pair, only because the compiler leaves out a load whose value goes nowhere.
+
+@formula
+def _first(x: Any, y: Any) -> Any:
+    return x
 
 
 @formula
-def _sums_on_line(values: Any) -> Any:
-    return values[0] + values[1], values[2] + values[3]
-
-
-@formula
-def _sums_in_plane(values: Any) -> Any:
-    return values[0] + values[1], values[2] + values[3], values[4] + values[5], values[6] + values[-2]
-
-
-@formula
-def _sum_of_impact(values: Any) -> Any:
-    return (values[0] + values[1] + values[2] + values[3] + values[4],)
-
-
-@formula
-def _move(sums: Any, columns: Any, outputs: Any, scalars: Any, start: int, stop: int) -> tuple[int, int]:
+def _move(
+    columns: Any, outputs: Any, scalars: Any, start: int, stop: int, approaching: bool, nan: bool
+) -> tuple[int, int]:
     width = LINE // outputs[0].itemsize
     head = lead(outputs, start)
     streaming = head >= 0 and outputs[0].nbytes >= STREAM_BYTES
@@ -40,39 +31,19 @@ def _move(sums: Any, columns: Any, outputs: Any, scalars: Any, start: int, stop:
     k = start
     n = min(head if head > 0 else width, stop - start)
     while k < stop:
-        store(outputs, k, n, sums(load(columns, scalars, k, n, usual)), streaming)
+        # A sum, only because the compiler leaves out a load whose value goes nowhere.
+        values = load(columns, scalars, k, n, usual)
+        total = values[0]
+        for value in values[1:]:
+            total = total + value
+        store(outputs, k, n, each(_first, total, outputs), streaming)
         k += n
         n = min(width, stop - k)
     return 0, -1
 
 
-def _bytes_1d(  # type: ignore[no-untyped-def]  # compiled only
-    m1, m2, v1, v2, e, u1, u2, scalars, start, stop, approaching, nan
-):
-    return _move(_sums_on_line, (m1, m2, v1, v2, e), (u1, u2), scalars, start, stop)
+def _limit(form: Form) -> Form:
+    return form._replace(kernels=batch_kernels(_move, f"{form.name}-bytes", len(form.columns), len(form.outputs)))
 
 
-def _bytes_2d(  # type: ignore[no-untyped-def]  # compiled only
-    m1, m2, v1x, v1y, v2x, v2y, nx, ny, e, u1x, u1y, u2x, u2y, scalars, start, stop, approaching, nan
-):
-    columns, outputs = (m1, m2, v1x, v1y, v2x, v2y, nx, ny, e), (u1x, u1y, u2x, u2y)
-    return _move(_sums_in_plane, columns, outputs, scalars, start, stop)
-
-
-def _bytes_polar(  # type: ignore[no-untyped-def]  # compiled only
-    m1, m2, v1, theta1, v2, theta2, phi, e, u1x, u1y, u2x, u2y, scalars, start, stop, approaching, nan
-):
-    columns, outputs = (m1, m2, v1, theta1, v2, theta2, phi, e), (u1x, u1y, u2x, u2y)
-    return _move(_sums_in_plane, columns, outputs, scalars, start, stop)
-
-
-def _bytes_impact(  # type: ignore[no-untyped-def]  # compiled only
-    dx, dy, dvx, dvy, distance, t, scalars, start, stop, approaching, nan
-):
-    return _move(_sum_of_impact, (dx, dy, dvx, dvy, distance), (t,), scalars, start, stop)
-
-
-LIMIT_1D = make_form(_bytes_1d, FORM_1D.columns, FORM_1D.outputs)
-LIMIT_2D = make_form(_bytes_2d, FORM_2D.columns, FORM_2D.outputs)
-LIMIT_POLAR = make_form(_bytes_polar, FORM_POLAR.columns, FORM_POLAR.outputs)
-LIMIT_IMPACT = make_form(_bytes_impact, IMPACT.columns, IMPACT.outputs)
+LIMITS = {name: _limit(form) for name, form in FORMS.items()}

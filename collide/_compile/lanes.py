@@ -74,17 +74,19 @@ def splat(builder: Any, value: Any, width: int) -> Any:
     )
 
 
-# Operators. A float beside lanes is put into every lane.
+# Operators. A float beside lanes, or a truth value beside a mask, is put into every lane.
 
 
 def _binary(op: Any, emit: Any, result: type[types.Type], takes: type[types.Type]) -> None:
+    scalar, scalars = (types.float64, types.Float) if takes is Lanes else (types.boolean, types.Boolean)
+
     @infer_global(op)
     class _Typing(AbstractTemplate):  # type: ignore[misc]
         def generic(self, args: Any, kws: Any) -> Any:
             widths = {a.width for a in args if isinstance(a, takes)}
             if len(args) == 2 and len(widths) == 1:
                 wide = takes(widths.pop())
-                return signature(result(wide.width), *(a if a == wide else types.float64 for a in args))
+                return signature(result(wide.width), *(a if a == wide else scalar for a in args))
             return None
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -92,8 +94,7 @@ def _binary(op: Any, emit: Any, result: type[types.Type], takes: type[types.Type
         pair = (v if isinstance(t, takes) else splat(builder, v, width) for t, v in zip(sig.args, args, strict=True))
         return emit(builder, *pair)
 
-    others = (takes, types.Float) if takes is Lanes else (takes,)
-    for other in others:
+    for other in (takes, scalars):
         lower_builtin(op, takes, other)(lower)
         lower_builtin(op, other, takes)(lower)
 

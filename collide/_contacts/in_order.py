@@ -8,14 +8,17 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from .. import scalar
 from .._compile.elementwise import select
 from .._compile.gather import prefetch
 from .._compile.kernel import Kernel
 from .._compile.lanes import any_lane, doubt, select_each
 from .._compile.options import formula
-from .._pairs.forms import collide_2d, valid_2d
+from .._formulas.collision import impulse as impulse_of
+from .._formulas.collision import in_the_plane
+from .._pairs.forms import FORM_2D, obeys_rules
 from .grid import wrap
+
+_step_of = FORM_2D.step  # a name of its own: compiled code sees no attributes of a form
 
 # Balls in no order: 24 million pairs/s where they are asked for so many pairs ahead, 10 million where not.
 _AHEAD = 12
@@ -76,16 +79,16 @@ def _in_order(
             _distance(y[one], y[two], ly),
             e[k * each_e],
         )
-        before, after, closing, size, signs = collide_2d(*pair)
+        step = _step_of(pair)
         # Not `closing > 0`: NaN has to go on to the check. And no branch: whether a pair approaches cannot be guessed,
         # and a wrong guess costs more than to write velocities that have not changed.
-        apart = closing <= 0.0
-        after = select_each(apart, before, after)
+        apart = step.closing <= 0.0
+        after = select_each(apart, step.before, step.after)
         valid = True
-        if any_lane(doubt(size, (vx,), signs)):
-            valid = valid_2d(pair, after, (vx,))
+        if any_lane(doubt(step.size, (vx,), step.signs)):
+            valid = obeys_rules(step, after, (vx,))
         if impulse.size > 0:
-            p = select(apart, 0.0, scalar.impulse_2d(*pair))
+            p = select(apart, 0.0, impulse_of(*in_the_plane(*pair))[0])
             valid = valid & (abs(p) < math.inf)
             impulse[k] = p if valid else math.nan if nan else 0.0
         n_resolved += valid & (not apart)
@@ -95,7 +98,7 @@ def _in_order(
                 for c in range(len(pair)):
                     witness[c] = pair[c]
             n_invalid += 1
-            after = (math.nan, math.nan, math.nan, math.nan) if nan else before
+            after = (math.nan, math.nan, math.nan, math.nan) if nan else step.before
         vx[one], vy[one], vx[two], vy[two] = after
     return n_resolved, n_invalid, first
 

@@ -29,25 +29,30 @@ def two_product(x: Any, y: Any) -> Any:
     return p, fused(x, y, -p)
 
 
-@formula
-def dot_in_two(a: Any, b: Any, c: Any, d: Any) -> Any:
-    """a*b + c*d as a sum of two: all that is lost is the rounding of the first."""
-    p, low = two_product(c, d)
-    return fused(a, b, p), low
+# Products of vectors, which are tuples of components.
 
 
 @formula
-def dot(a: Any, b: Any, c: Any, d: Any) -> Any:
-    """a*b + c*d to one and a half units in the last place, even where it cancels (Kahan)."""
-    high, low = dot_in_two(a, b, c, d)
+def dot_in_two(x: Any, y: Any) -> Any:
+    """x.y as a sum of two: all that is lost is, in the plane, the rounding of the first."""
+    if len(x) == 1:
+        return two_product(x[0], y[0])
+    p, low = two_product(x[1], y[1])
+    return fused(x[0], y[0], p), low
+
+
+@formula
+def dot(x: Any, y: Any) -> Any:
+    """x.y to one and a half units in the last place, even where it cancels (Kahan)."""
+    high, low = dot_in_two(x, y)
     return high + low
 
 
 @formula
-def two_dot(a: Any, b: Any, c: Any, d: Any) -> Any:
-    """a*b + c*d to twice the precision, as a sum of two; the second may be as large as the first where that cancels."""
-    p, e = two_product(a, b)
-    q, f = two_product(c, d)
+def two_dot(x: Any, y: Any) -> Any:
+    """x.y in the plane to twice the precision, as a sum of two; where that cancels they may be of one size."""
+    p, e = two_product(x[0], y[0])
+    q, f = two_product(x[1], y[1])
     s, t = two_sum(p, q)
     return s, t + (e + f)
 

@@ -6,7 +6,7 @@ import contextlib
 import itertools
 import math
 import reprlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -109,7 +109,7 @@ def overlap(a: Array, b: Array) -> bool:
         return True
 
 
-def gives_nan(invalid: Any, rules: dict[str, bool]) -> bool:
+def gives_nan(invalid: Any, rules: Mapping[str, bool]) -> bool:
     """Whether an invalid pair gets NaN, by an option that has to be one of these."""
     if type(invalid) is not str or invalid not in rules:
         raise ValueError(f"invalid = {reprlib.repr(invalid)}: must be one of {', '.join(map(repr, rules))}")

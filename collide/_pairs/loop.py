@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,10 +15,22 @@ from .._compile.options import formula, rare
 STREAM_BYTES = 1 << 21
 
 
+class Step(NamedTuple):
+    """What a form's step makes of the values of some pairs, lane by lane."""
+
+    before: Any  # the results where a pair is left alone
+    after: Any  # the results where it collides
+    closing: Any  # the closing speed: not positive where a pair does not approach, NaN where that cannot be told
+    # The quick look at what is valid: a number that is small, and numbers without a sign bit.
+    size: Any
+    signs: Any
+    others: Any  # what the exact look needs beside the signs and the results
+
+
 @formula
 def loop(
-    collide: Any,
-    valid: Any,
+    step_of: Any,
+    obeys_rules: Any,
     columns: Any,
     outputs: Any,
     scalars: Any,
@@ -31,9 +43,6 @@ def loop(
 
     The values of that first pair join those in `scalars`: in place the columns may not have them any more. Where an
     output overlaps something otherwise than in place nothing is done, and -1 are invalid.
-
-    `collide` gives the results of a pair that is left alone and of one that collides, the closing speed, and a number
-    and signs that tell valid input: the number is small and no sign bit set. `valid` is the exact check.
     """
     relation = overlap(columns, outputs)
     if relation < 0:
@@ -50,16 +59,18 @@ def loop(
     n = min(head if head > 0 else width, stop - start)
     while k < stop:
         values = load(columns, scalars, k, n, usual)
-        before, after, closing, size, signs = collide(*values)
-        break_rules = False
+        step = step_of(values)
+        after, break_rules = step.after, False
         if approaching:
             # Of a pair that is skipped the size does not tell whether its masses obey the rules.
-            break_rules = any_lane(~valid(values, before, outputs))
+            break_rules = any_lane(~obeys_rules(step, step.before, outputs))
             # Not `closing > 0`: NaN has to go on to the check.
-            after = select_each(closing <= 0.0, before, after)
-        if break_rules or beyond or any_lane(doubt(size, outputs, signs)):
+            after = select_each(step.closing <= 0.0, step.before, after)
+        if break_rules or beyond or any_lane(doubt(step.size, outputs, step.signs)):
             is_first = n_invalid == 0
-            after, bad, at = _carefully(collide, valid, columns, outputs, scalars, k, n, approaching, nan, is_first)
+            after, bad, at = _carefully(
+                step_of, obeys_rules, columns, outputs, scalars, k, n, approaching, nan, is_first
+            )
             if is_first:
                 first_invalid = at
             n_invalid += bad
@@ -71,8 +82,8 @@ def loop(
 
 @rare
 def _carefully(
-    collide: Any,
-    valid: Any,
+    step_of: Any,
+    obeys_rules: Any,
     columns: Any,
     outputs: Any,
     scalars: Any,
@@ -88,10 +99,11 @@ def _carefully(
     """
     out_of_line()
     values = load(columns, scalars, k, n, False)
-    before, after, closing, _, _ = collide(*values)
+    step = step_of(values)
+    after = step.after
     if approaching:
-        after = select_each(closing <= 0.0, before, after)
-    bad = leading(~valid(values, after, outputs), n)
+        after = select_each(step.closing <= 0.0, step.before, after)
+    bad = leading(~obeys_rules(step, after, outputs), n)
     n_bad, at = count(bad), -1
     if n_bad > 0:
         i = first(bad)
@@ -99,7 +111,7 @@ def _carefully(
         if is_first:
             for c in range(scalars.size):
                 scalars[c] = get(values[c], i)
-        after = select_each(bad, fill(before, math.nan) if nan else before, after)
+        after = select_each(bad, fill(step.before, math.nan) if nan else step.before, after)
     return after, n_bad, at
 
 

@@ -10,12 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._pairs import execution
-from .._pairs.forms import FORM_1D, FORM_2D, FORM_POLAR, Form
+from .._pairs.forms import COLLISIONS, Form
 from ..errors import InvalidPairError
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
-FORMS = {"1d": FORM_1D, "2d": FORM_2D, "polar": FORM_POLAR}
 _E = "restitution"
 
 
@@ -64,9 +63,9 @@ def choose(names: Iterable[str], form: str | None, columns: Mapping[str, str] | 
     `columns` gives the names of columns that are not called as the arguments and results are.
     """
     names, called = list(names), dict(columns or {})
-    if form is not None and (not isinstance(form, str) or form not in FORMS):
-        raise ValueError(f"form = {form!r}: must be None or one of {', '.join(map(repr, FORMS))}")
-    among = FORMS if form is None else {form: FORMS[form]}
+    if form is not None and (not isinstance(form, str) or form not in COLLISIONS):
+        raise ValueError(f"form = {form!r}: must be None or one of {', '.join(map(repr, COLLISIONS))}")
+    among = COLLISIONS if form is None else {form: COLLISIONS[form]}
     known = dict.fromkeys(name for f in among.values() for name in (*f.columns, *f.outputs))
     for name, column in called.items():
         if name not in known:
@@ -103,8 +102,8 @@ def choose(names: Iterable[str], form: str | None, columns: Mapping[str, str] | 
 
 def _n_own(form: str, names: Sequence[str], called: Mapping[str, str]) -> int:
     """How many columns there are that this form alone has, of all."""
-    others = {c for key, f in FORMS.items() if key != form for c in f.columns}
-    return sum(called.get(c, c) in names for c in FORMS[form].columns if c not in others)
+    others = {c for key, f in COLLISIONS.items() if key != form for c in f.columns}
+    return sum(called.get(c, c) in names for c in COLLISIONS[form].columns if c not in others)
 
 
 def resolve(
