@@ -6,13 +6,12 @@ import inspect
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ._pairs import execution
 from ._pairs.forms import FORM_1D, FORM_2D, FORM_POLAR, IMPACT, IMPULSE
+from ._typing import Array
 
-Array = np.ndarray[Any, np.dtype[Any]]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 

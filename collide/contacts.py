@@ -15,9 +15,8 @@ from ._contacts import search
 from ._contacts.in_order import CHECK, RESOLVE
 from ._pairs.arguments import as_array, gives_nan, overlap
 from ._pairs.forms import FORM_2D
+from ._typing import Array
 from .errors import InvalidPairError, reason
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 # Beyond these, squares of distances leave the range of float64.
 _SHORTEST, _LONGEST = 1e-150, 1e150

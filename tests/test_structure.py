@@ -13,6 +13,7 @@ import collide
 PACKAGE = Path(collide.__file__).parent
 # Each module imports from earlier lines only.
 ORDER = """
+    _typing
     _system.starting  _system.locks  _system.forks  _system.ownership  _tables.replacement
     _compile.cache
     _compile.options

@@ -13,9 +13,8 @@ from .. import batch, get_num_threads
 from .._pairs import execution
 from .._pairs.forms import FORM_2D, FORM_POLAR, Form
 from .._tables.conservation import Conservation
+from .._typing import Array
 from .limit import LIMITS
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def numpy_2d(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any) -> Any:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from .._system import threads
+from .._typing import Array
 from .grid import FAR, GRID, LEEWAY, LEVELS, SURVEY
 
-Array = np.ndarray[Any, np.dtype[Any]]
 Bounds = tuple[float, float]  # the least and the largest
 Sample = Callable[["Level"], tuple[Array, Array]]  # the cells of some balls of a level
 

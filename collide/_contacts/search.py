@@ -16,10 +16,9 @@ import numpy as np
 from .._compile.gather import WINDOW
 from .._compile.lanes import LINE
 from .._system import memory, threads
+from .._typing import Array
 from .grid import ARRANGE, BALL, BLOCK, CHUNK, LIST, PLACE, SAMPLE, SEARCH, SPREAD
 from .layout import Bounds, Level, lay_out, levels_of
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 # A bucket is sorted in the cache: it has 2**13 slots, or more where there would be more than 2**10 buckets to fill.
 _BUCKET_BITS, _BUCKETS_BITS = 13, 10

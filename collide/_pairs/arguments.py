@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.ma import MaskedArray  # imported by Numba's first look at an array otherwise, in the middle of a call
 
-Array = np.ndarray[Any, np.dtype[Any]]
+from .._typing import Array
 
 # Python's numbers are weak, as in NumPy's own arithmetic.
 WEAK: dict[type, Any] = {bool: False, int: 0, float: 0.0}

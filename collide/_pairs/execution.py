@@ -12,8 +12,9 @@ import numpy as np
 
 from .._compile.lanes import LINE
 from .._system import threads
+from .._typing import Array
 from ..errors import InvalidPairError, reason
-from .arguments import WEAK, Array, as_array, broadcast_shape, checked_outputs, gives_nan, overlap
+from .arguments import WEAK, as_array, broadcast_shape, checked_outputs, gives_nan, overlap
 from .forms import Form
 from .loop import STREAM_BYTES
 

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pyarrow as pa
 
+from .._typing import Array
 from . import by_name
 from .by_name import ColumnTypeError, TableError
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def no_rows(schema: Any, columns: by_name.Columns) -> Any:

@@ -12,10 +12,11 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from .._typing import Array
 from . import stream
 from .arrow_batches import no_rows, to_numpy
 from .by_name import Columns, TableError
-from .stream import Array, Block, Source, Write, check_size, size
+from .stream import Block, Source, Write, check_size, size
 
 UNREADABLE = (pa.ArrowException, OSError, EOFError, UnicodeError)
 BLOCK_BYTES = 1 << 24  # where rows are long, a block has fewer of them

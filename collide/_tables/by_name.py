@@ -7,13 +7,10 @@ import reprlib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from .._pairs import execution
 from .._pairs.forms import COLLISIONS, Form
+from .._typing import Array
 from ..errors import InvalidPairError
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 _E = "restitution"
 

@@ -19,8 +19,7 @@ from .._compile.options import formula
 from .._formulas.exact import two_product, two_sum
 from .._pairs.arguments import as_array
 from .._pairs.forms import COLLISIONS, Form
-
-Array = np.ndarray[Any, np.dtype[Any]]
+from .._typing import Array
 
 _WIDTH = LINE // 8
 # The sums along an axis, those of changes in two parts.

@@ -15,9 +15,10 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.csv
 
+from .._typing import Array
 from .arrow_files import UNREADABLE, ArrowFile, opened, why
 from .by_name import Columns, TableError
-from .stream import Array, Write
+from .stream import Write
 
 _TEXT_BYTES = 1 << 21  # whose reader holds a dozen blocks: with 8 MiB it took 700 MiB, not 400, and as long
 # Marks that a value may hold only within quotes.

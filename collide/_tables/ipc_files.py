@@ -15,10 +15,11 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.ipc
 
+from .._typing import Array
 from . import arrow_files, stream
 from .arrow_files import UNREADABLE, ArrowFile, extended, opened, why, write_joined
 from .by_name import TableError
-from .stream import Array, Write
+from .stream import Write
 
 
 class Ipc(ArrowFile):

@@ -11,9 +11,10 @@ from typing import IO, Any
 
 import numpy as np
 
+from .._typing import Array
 from . import stream
 from .by_name import Columns, ColumnTypeError, TableError, counted
-from .stream import Array, Block, Source, Write, check_size, size
+from .stream import Block, Source, Write, check_size, size
 
 # What zipfile and NumPy raise for damage, encryption, methods unknown to them, pickles and sizes out of reach.
 _UNREADABLE = (

@@ -13,12 +13,12 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from .._typing import Array
 from . import by_name
 from .by_name import TableError
 from .conservation import Conservation
 from .replacement import output
 
-Array = np.ndarray[Any, np.dtype[Any]]
 Item = TypeVar("Item")
 
 # Of a block: enough for a row group of Parquet, and few enough to be in a cache from one step to the next.
