@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ._contacts import search
 from ._contacts.in_order import CHECK, RESOLVE
-from ._pairs.arguments import as_array, gives_nan, overlap
+from ._pairs.arguments import as_array, gives_nan, share_memory
 from ._pairs.forms import FORM_2D
 from ._typing import Array
 from .errors import InvalidPairError, reason
@@ -38,7 +38,7 @@ def find_contacts(
     box: tuple[float, float] | None = None,
     margin: float = 0.0,
 ) -> Contacts:
-    """All pairs of balls that touch or overlap, or are nearer than that by a margin.
+    """All pairs of balls that touch or share_memory, or are nearer than that by a margin.
 
         (x_j - x_i)^2 + (y_j - y_i)^2 <= (r_i + r_j + margin)^2        in float64, as written
 
@@ -141,13 +141,13 @@ def resolve_contacts(
     if impulse is not None:
         outputs["impulse"] = _output("impulse", impulse, "i", i.size)
     for (name, u), (other, w) in itertools.combinations(outputs.items(), 2):
-        if overlap(u, w):
+        if share_memory(u, w):
             raise ValueError(f"{name} and {other} share memory")
     sides = _sides(box)
     if not CHECK.compiled(i, j, x.size):
         _raise_for_pairs(np.asarray(given[0]), np.asarray(given[1]), x.size)
 
-    inputs = [a.copy() if any(overlap(a, u) for u in outputs.values()) else a for a in (i, j, m, x, y, e)]
+    inputs = [a.copy() if any(share_memory(a, u) for u in outputs.values()) else a for a in (i, j, m, x, y, e)]
     targets = [np.ascontiguousarray(u) for u in outputs.values()]
     witness = np.empty(len(FORM_2D.columns))
     results = targets if len(targets) == 3 else [*targets, np.empty(0)]

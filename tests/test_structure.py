@@ -27,6 +27,7 @@ ORDER = """
     scalar
     _pairs.loop
     _pairs.forms  errors  _system.threads  _system.memory  _pairs.arguments
+    _pairs.results  _pairs.blocks
     _cli.limit  _pairs.execution  _contacts.grid
     _contacts.layout
     _contacts.search  _contacts.in_order  _tables.conservation  _tables.by_name

@@ -94,12 +94,12 @@ def checked_outputs(names: Sequence[str], out: Any, shape: tuple[int, ...], dtyp
         if not u.flags.writeable:
             raise ValueError(f"{label} is read-only")
     for (i, a), (j, b) in itertools.combinations(enumerate(out), 2):
-        if a is b or overlap(a, b):
+        if a is b or share_memory(a, b):
             raise ValueError(f"out[{i}] and out[{j}] share memory")
     return list(out)
 
 
-def overlap(a: Array, b: Array) -> bool:
+def share_memory(a: Array, b: Array) -> bool:
     """Whether two arrays share memory; where that is too hard to tell, it is taken for granted."""
     if not np.may_share_memory(a, b):
         return False

@@ -13,6 +13,8 @@ from .._compile.options import formula, rare
 
 # Outputs of this many bytes each and more will have left the caches before anybody reads them: they stream past.
 STREAM_BYTES = 1 << 21
+# So many pairs are invalid where an output overlaps something otherwise than in place, and nothing is done.
+REFUSED = -1
 
 
 class Step(NamedTuple):
@@ -41,12 +43,11 @@ def loop(
 ) -> tuple[int, int]:
     """Pairs start to stop of a batch. Returns how many of them are invalid, and the first that is (or -1).
 
-    The values of that first pair join those in `scalars`: in place the columns may not have them any more. Where an
-    output overlaps something otherwise than in place nothing is done, and -1 are invalid.
+    The values of that first pair join those in `scalars`: in place the columns may not have them any more.
     """
     relation = overlap(columns, outputs)
     if relation < 0:
-        return -1, -1
+        return REFUSED, -1
     width = LINE // outputs[0].itemsize
     head = lead(outputs, start)
     # In place the lines are in the cache already, and a streaming store would throw them out first.
