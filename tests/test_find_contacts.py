@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import collide
 from collide._contacts import grid as _grid
 from collide._contacts import search as _search
+from collide._system import memory as _memory
 
 
 def check(x, y, radius, **options):
@@ -119,7 +120,7 @@ def test_a_ball_in_the_far_distance(far, axis):
 
 def peak_of(x, y):
     """The contacts of balls of radius 1, if they take up to 100 bytes a ball beyond themselves."""
-    _search._spare.clear()
+    _memory._spare.clear()
     tracemalloc.start()
     i, j = collide.find_contacts(x, y, 1.0)
     _, peak = tracemalloc.get_traced_memory()
@@ -167,8 +168,9 @@ def test_no_more_contacts_than_there_is_memory_for(monkeypatch):
 
 
 def test_one_radius_for_all_is_one_level():
-    assert len(_search.levels_of(np.zeros(1), (0.0, 0.0), 0.0, 10**6)) == 1
-    assert len(_search.levels_of(np.ones(1), (1.0, 1.0), 0.0, 10**6)) == 1
+    for size in (0.0, 1.0):
+        rule = np.array([(size, 0.0, 0.0, 0.0)], _grid.RULE)
+        assert len(_search.levels_of(np.full(1, size), size, rule, 10**6)) == 1
 
 
 def test_distances_whose_squares_underflow():
@@ -178,12 +180,12 @@ def test_distances_whose_squares_underflow():
 
 
 def test_a_large_room_is_given_back():
-    _search._spare.clear()
+    _memory._spare.clear()
     x, y, _ = scatter(300_000, 0.4, np.random.default_rng(9))
     collide.find_contacts(x, y, 1.0)
-    assert sum(room.size for room in _search._spare) <= 1 << 24
+    assert sum(room.size for room in _memory._spare) <= 1 << 24
     collide.find_contacts(x[:1000], y[:1000], 1.0)
-    assert len(_search._spare) == 1
+    assert len(_memory._spare) == 1
 
 
 @pytest.mark.usefixtures("keep_threads")

@@ -21,7 +21,7 @@ import sys
 import numpy as np
 
 import collide
-from collide._contacts import search
+from collide._system import memory
 
 PAGE, libc = mmap.PAGESIZE, ctypes.CDLL(None, use_errno=True)
 
@@ -94,7 +94,7 @@ print("untouched")
 """
 
 CONTACTS = """
-search._Room = Room
+memory.Scratch = Room
 rng = np.random.default_rng(1)
 for n in [*range(71), 127, 128, 129, 1000, 9000]:
     for packing in (0.02, 0.4, 1.5):

@@ -28,7 +28,8 @@ ORDER = """
     _pairs.loop
     _pairs.forms  errors  _system.threads  _system.memory  _pairs.arguments
     _pairs.results  _pairs.blocks
-    _cli.limit  _pairs.execution  _contacts.grid
+    _cli.limit  _pairs.execution  _contacts.torus
+    _contacts.grid
     _contacts.layout
     _contacts.search  _contacts.in_order  _tables.conservation  _tables.by_name
     batch  contacts  _tables.stream  _tables.arrow_batches

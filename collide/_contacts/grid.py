@@ -2,9 +2,9 @@
 
 Each binade of sizes has a grid of its own, cells as wide as two of its largest balls reach, or as its balls lie apart;
 a ball looks into its own grid and into all finer ones. In a row of cells the balls lie side by side, so three cells are
-one range, of which lanes take several balls at a time. A grid is a torus: one that would need many more cells than it
-has balls is folded to fewer, and a ball in the far distance shares a cell with others, which costs a comparison. A
-periodic box is one anyway. A twist, as of a helix, keeps balls on a line from sharing the few cells of one row of it.
+one range, of which lanes take several balls at a time. A grid is a torus (torus.py): one that would need many more
+cells than it has balls has fewer slots, and a ball in the far distance shares a slot with others, which costs a
+comparison. A periodic box is a torus anyway.
 """
 
 from __future__ import annotations
@@ -19,20 +19,19 @@ from .._compile.gather import WINDOW, put_pairs, window
 from .._compile.kernel import Kernel
 from .._compile.lanes import count, leading
 from .._compile.options import formula, rare
+from .torus import column_and_row, span, wrap
 
 LEVELS = 32  # sizes below 2**-31 of the largest share the last grid
 CHUNK = 1 << 13  # balls that are brought into the order of slots together
 BLOCK = 1 << 6  # balls whose contacts are counted together
 ROOM = 4 * BLOCK  # contacts of a block that can be noted
-# Cells of slack for the rounding of positions in units of cells: up to FAR of them that is less than 2**-12. Balls
-# farther out have cells of a power of two, and no rounding.
-LEEWAY, FAR = 2.0**-10, 2.0**40
-
-# A grid: cells per length, the cell before the first, columns and rows; by how many rows a turn around the columns ends
-# farther on; the largest radius in it; its first slot among those of all grids.
+# A grid: cells per length, the cell before the first, columns, rows and twist; the largest radius in it; its first slot
+# among those of all grids.
 GRID = np.dtype(
     [(name, "f8") for name in ("per_x", "per_y", "x0", "y0", "columns", "rows", "twist", "radius")] + [("slot", "i8")]
 )
+# What holds for all balls: the largest radius, the margin of what counts as touching, the sides of the box or 0 and 0.
+RULE = np.dtype([(name, "f8") for name in ("largest", "margin", "lx", "ly")])
 BALL = np.dtype([("x", "f8"), ("y", "f8"), ("radius", "f8"), ("index", "i4"), ("slot", "i4")])
 
 
@@ -46,19 +45,22 @@ def _level(radius: Any, largest: Any, margin: Any) -> int:
     return level
 
 
-def _survey(radius, largest, margin, balls, reach, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+def _survey(radius, rule, balls, reach, start, stop):  # type: ignore[no-untyped-def]  # compiled only
     """How many balls there are on each level, and the largest radius."""
+    largest, margin = rule[0].largest, rule[0].margin
     for k in range(start, stop):
         level = _level(radius[k], largest, margin)
         balls[level] += 1
         reach[level] = max(reach[level], radius[k])
 
 
-def _sample(x, y, radius, largest, margin, lx, ly, level, share, xs, ys, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+def _sample(x, y, radius, rule, level, share, xs, ys, start, stop):  # type: ignore[no-untyped-def]  # compiled only
     """Positions of a random share of the balls of a level, as far as there is room; returns how many."""
+    largest, margin, lx, ly = rule[0].largest, rule[0].margin, rule[0].lx, rule[0].ly
     n = 0
     for k in range(start, stop):
-        # Not each so-manieth: of balls in the order of their cells these would be farther apart than chance.
+        # Chance decides on each ball. To take every tenth, say, would not do: where the balls are in the order of their
+        # cells, those are farther apart than balls picked by chance.
         z = (np.uint64(k) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
         z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
         z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -69,35 +71,9 @@ def _sample(x, y, radius, largest, margin, lx, ly, level, share, xs, ys, start, 
     return n
 
 
-@formula
-def _fold(cell: Any, cells: Any) -> Any:
-    """The cell on the torus; exact for a cell of any size."""
-    if not 0.0 <= cell < cells:
-        if abs(cell) < 2.0**52:
-            cell -= cells * np.floor(cell / cells)
-        else:
-            cell = cell % cells
-    return cell
-
-
-@formula
-def _column_and_row(cell_x: Any, cell_y: Any, columns: Any, rows: Any, twist: Any) -> tuple[Any, Any]:
-    """Where a cell of the plane is on the torus."""
-    column = _fold(cell_x, columns)
-    if twist > 0.0 and column != cell_x:
-        # The number of columns is a power of two then, so that this is exact for a cell of any size.
-        cell_y = _fold(cell_y, rows) + twist * _fold((cell_x - column) / columns, rows)
-    return column, _fold(cell_y, rows)
-
-
-@formula
-def wrap(x: Any, length: Any) -> Any:
-    """The position in a periodic box; length 0 is no box."""
-    return x % length if length > 0.0 and not 0.0 <= x < length else x
-
-
-def _place(x, y, radius, largest, margin, lx, ly, which, grids, shift, slots, counts, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+def _place(x, y, radius, rule, which, grids, shift, slots, counts, start, stop):  # type: ignore[no-untyped-def]  # compiled only
     """The slot of each ball, marked as `_slot` says, and how many balls of each chunk fall into each bucket."""
+    largest, margin, lx, ly = rule[0].largest, rule[0].margin, rule[0].lx, rule[0].ly
     g = -1
     for chunk in range(start // CHUNK, (stop - 1) // CHUNK + 1):
         tally = counts[chunk]
@@ -110,7 +86,7 @@ def _place(x, y, radius, largest, margin, lx, ly, which, grids, shift, slots, co
                 per_y, y0, rows = grid.per_y, grid.y0, grid.rows
                 begin, twist = grid.slot, grid.twist
             cell_x, cell_y = np.floor(wrap(x[k], lx) * per_x) - x0, np.floor(wrap(y[k], ly) * per_y) - y0
-            column, row = _column_and_row(cell_x, cell_y, columns, rows, twist)
+            column, row = column_and_row(cell_x, cell_y, columns, rows, twist)
             slot = begin + int(row * columns + column)
             inside = (column > 0.0) & (column < columns - 1.0) & (row > 0.0) & (row < rows - 1.0)
             slots[k] = slot if inside else ~slot
@@ -123,8 +99,9 @@ def _slot(mark: Any) -> Any:
     return mark ^ (mark >> 31)
 
 
-def _spread(x, y, radius, lx, ly, slots, shift, offsets, balls, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+def _spread(x, y, radius, rule, slots, shift, offsets, balls, start, stop):  # type: ignore[no-untyped-def]  # compiled only
     """Balls into their buckets, in the order of their numbers."""
+    lx, ly = rule[0].lx, rule[0].ly
     each = 1 if radius.size > 1 else 0
     for chunk in range(start // CHUNK, (stop - 1) // CHUNK + 1):
         at = offsets[chunk]
@@ -157,17 +134,16 @@ def _arrange(balls, buckets, shift, ends, x, y, radius, index, slots, start, sto
             x[p], y[p], radius[p], index[p], slots[p] = ball.x, ball.y, ball.radius, ball.index, ball.slot
 
 
-def _search(x, y, radius, index, slots, ends, grids, margin, lx, ly, most, totals, first, second, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+def _search(x, y, radius, index, slots, ends, grids, rule, most, totals, first, second, start, stop):  # type: ignore[no-untyped-def]  # compiled only
     """Counts the contacts of each block of balls and notes them, in so far as the block's part of the notes has room.
 
     Returns how many there are, or -1 where there are more than `most`.
     """
+    reach = rule[0].margin, rule[0].lx, rule[0].ly
     n_found = 0
     for block in range(start // BLOCK, (stop - 1) // BLOCK + 1):
         p, last, at = block * BLOCK, min((block + 1) * BLOCK, stop), block * ROOM
-        end = _walk(
-            (x, y, radius, index), (margin, lx, ly), slots, ends, grids, p, last, (first, second), at, at + ROOM
-        )
+        end = _walk((x, y, radius, index), reach, slots, ends, grids, p, last, (first, second), at, at + ROOM)
         totals[block + 1] = end - at
         n_found += end - at
         if n_found > most:
@@ -175,8 +151,9 @@ def _search(x, y, radius, index, slots, ends, grids, margin, lx, ly, most, total
     return n_found
 
 
-def _list(x, y, radius, index, slots, ends, grids, margin, lx, ly, totals, first, second, i, j, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+def _list(x, y, radius, index, slots, ends, grids, rule, totals, first, second, i, j, start, stop):  # type: ignore[no-untyped-def]  # compiled only
     """The contacts of block b at totals[b] to totals[b + 1] of i and j: as noted, or where the room was short, anew."""
+    reach = rule[0].margin, rule[0].lx, rule[0].ly
     for block in range(start // BLOCK, (stop - 1) // BLOCK + 1):
         at, end, noted = totals[block], totals[block + 1], block * ROOM
         if end - at <= ROOM - WINDOW:
@@ -184,7 +161,7 @@ def _list(x, y, radius, index, slots, ends, grids, margin, lx, ly, totals, first
                 i[at + k], j[at + k] = first[noted + k], second[noted + k]
         else:
             p, last = block * BLOCK, min((block + 1) * BLOCK, stop)
-            _walk((x, y, radius, index), (margin, lx, ly), slots, ends, grids, p, last, (i, j), at, end + WINDOW)
+            _walk((x, y, radius, index), reach, slots, ends, grids, p, last, (i, j), at, end + WINDOW)
 
 
 @rare
@@ -216,39 +193,36 @@ def _walk(
 
 @rare
 def _around(order: Any, rule: Any, ends: Any, grid: Any, p: Any, first: Any, pairs: Any, at: Any, room: Any) -> Any:
-    """The contacts of ball p with those of a grid that are numbered `first` or above, wherever on the torus it is."""
+    """The contacts of ball p with those of a grid that are numbered `first` or above, wherever on the torus it is.
+
+    They lie in a rectangle of cells around it. Each of its rows is one range of slots; or it is two where it passes the
+    last column, and its rest goes on from column 0, `twist` rows farther on:
+
+        column      0                      last
+        row         .  .  .  .  .  .  [=======]
+        row + twist [====]  .  .  .  .  .  .  .
+    """
     x, y, radius, _ = order
     reach = radius[p] + grid.radius + rule[0]
-    cell_x, n_columns = _span(x[p] * grid.per_x, reach * grid.per_x)
-    cell_y, n_rows = _span(y[p] * grid.per_y, reach * grid.per_y)
-    cell_x, cell_y = _column_and_row(cell_x - grid.x0, cell_y - grid.y0, grid.columns, grid.rows, grid.twist)
+    cell_x, n_columns = span(x[p] * grid.per_x, reach * grid.per_x)
+    cell_y, n_rows = span(y[p] * grid.per_y, reach * grid.per_y)
+    cell_x, cell_y = column_and_row(cell_x - grid.x0, cell_y - grid.y0, grid.columns, grid.rows, grid.twist)
     column, row, twist = int(cell_x), int(cell_y), int(grid.twist)
-    width, height = int(grid.columns), int(grid.rows)
-    # What goes around the torus takes in each of its rows, or columns, once.
-    if n_columns >= width:
-        column, n_columns = 0, float(width)
+    columns, rows = int(grid.columns), int(grid.rows)
+    if n_columns >= columns:  # all the way around: each slot of a row once, and with a twist that leads to all rows
+        column, n_columns = 0, float(columns)
         if twist > 0:
-            n_rows = float(height)
-    over = column + int(n_columns) - width
-    for _ in range(int(min(n_rows, float(height)))):
-        if over > 0:
-            begin = grid.slot + (row + twist) % height * width
-            at = _look(order, rule, p, max(first, ends[begin]), ends[begin + over], pairs, at, room)
-        begin = grid.slot + row * width + column
-        low, high = max(first, ends[begin]), ends[begin + int(n_columns) - max(over, 0)]
-        at = _look(order, rule, p, low, high, pairs, at, room)
-        row = row + 1 if row + 1 < height else 0
+            n_rows = float(rows)
+    n_rest = column + int(n_columns) - columns  # negative where a row does not pass the last column
+    for _ in range(int(min(n_rows, float(rows)))):
+        if n_rest > 0:
+            begin = grid.slot + (row + twist) % rows * columns
+            at = _look(order, rule, p, max(first, ends[begin]), ends[begin + n_rest], pairs, at, room)
+        begin = grid.slot + row * columns + column
+        stop = ends[begin + int(n_columns) - max(n_rest, 0)]
+        at = _look(order, rule, p, max(first, ends[begin]), stop, pairs, at, room)
+        row = row + 1 if row + 1 < rows else 0
     return at
-
-
-@formula
-def _span(q: Any, reach: Any) -> tuple[Any, Any]:
-    """The first cell that `reach` cells to both sides of q touch, and how many they touch.
-
-    One more where the rounding of q may have hidden it.
-    """
-    low, high = np.floor(q - (reach + LEEWAY)), np.floor(q + (reach + LEEWAY))
-    return low, high - low + 1.0
 
 
 @formula
@@ -281,14 +255,13 @@ def _array(element: Any, ndim: int = 1, readonly: bool = False) -> Any:
 
 _IN, _OUT, _NUMBER = _array(types.float64, readonly=True), _array(types.float64), types.float64
 _INT32, _INT64, _TABLE = _array(types.int32), _array(types.int64), _array(types.int64, 2)
-_GRIDS, _BALLS = _array(from_dtype(GRID)), _array(from_dtype(BALL))
-_BOX = _NUMBER, _NUMBER
+_RULE, _GRIDS, _BALLS = _array(from_dtype(RULE)), _array(from_dtype(GRID)), _array(from_dtype(BALL))
 
-SURVEY = _kernel(_survey, types.void, _IN, _NUMBER, _NUMBER, _INT64, _OUT)
-SAMPLE = _kernel(_sample, types.int64, _IN, _IN, _IN, _NUMBER, _NUMBER, *_BOX, types.int64, _NUMBER, _OUT, _OUT)
-PLACE = _kernel(_place, types.void, _IN, _IN, _IN, _NUMBER, _NUMBER, *_BOX, _INT64, _GRIDS, types.int64, _INT32, _TABLE)
-SPREAD = _kernel(_spread, types.void, _IN, _IN, _IN, *_BOX, _INT32, types.int64, _TABLE, _BALLS)
+SURVEY = _kernel(_survey, types.void, _IN, _RULE, _INT64, _OUT)
+SAMPLE = _kernel(_sample, types.int64, _IN, _IN, _IN, _RULE, types.int64, _NUMBER, _OUT, _OUT)
+PLACE = _kernel(_place, types.void, _IN, _IN, _IN, _RULE, _INT64, _GRIDS, types.int64, _INT32, _TABLE)
+SPREAD = _kernel(_spread, types.void, _IN, _IN, _IN, _RULE, _INT32, types.int64, _TABLE, _BALLS)
 ARRANGE = _kernel(_arrange, types.void, _BALLS, _INT64, types.int64, _INT32, *[_OUT] * 3, _INT32, _INT32)
-_FIND = (*[_OUT] * 3, *[_INT32] * 3, _GRIDS, _NUMBER, *_BOX)
-SEARCH = _kernel(_search, types.int64, *_FIND, types.int64, _INT64, _INT32, _INT32)
-LIST = _kernel(_list, types.void, *_FIND, _INT64, _INT32, _INT32, _INT64, _INT64)
+_SORTED = (*[_OUT] * 3, *[_INT32] * 3, _GRIDS, _RULE)
+SEARCH = _kernel(_search, types.int64, *_SORTED, types.int64, _INT64, _INT32, _INT32)
+LIST = _kernel(_list, types.void, *_SORTED, _INT64, _INT32, _INT32, _INT64, _INT64)

@@ -16,7 +16,7 @@ from .._compile.options import formula
 from .._formulas.collision import impulse as impulse_of
 from .._formulas.collision import in_the_plane
 from .._pairs.forms import FORM_2D, obeys_rules
-from .grid import wrap
+from .torus import wrap
 
 _step_of = FORM_2D.step  # a name of its own: compiled code sees no attributes of a form
 

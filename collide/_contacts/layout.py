@@ -10,7 +10,8 @@ import numpy as np
 
 from .._system import threads
 from .._typing import Array
-from .grid import FAR, GRID, LEEWAY, LEVELS, SURVEY
+from .grid import GRID, LEVELS, SURVEY
+from .torus import FAR, LEEWAY
 
 Bounds = tuple[float, float]  # the least and the largest
 Sample = Callable[["Level"], tuple[Array, Array]]  # the cells of some balls of a level
@@ -36,14 +37,15 @@ class _Plan(NamedTuple):
     radius: float  # the largest
 
 
-def levels_of(radius: Array, bounds: Bounds, margin: float, n: int) -> list[Level]:
-    least, largest = bounds
+def levels_of(radius: Array, least: float, rule: Array, n: int) -> list[Level]:
+    """The balls by their size, largest first, where they are not all of about one."""
+    largest, margin = float(rule["largest"][0]), float(rule["margin"][0])
     if radius.size == 1 or least + 0.5 * margin > 0.5 * (largest + 0.5 * margin):
         return [Level(0, n, largest)]
 
     def survey(start: int, stop: int) -> tuple[Array, Array]:
         balls, radii = np.zeros(LEVELS, np.int64), np.zeros(LEVELS)
-        SURVEY.compiled(radius, largest, margin, balls, radii, start, stop)
+        SURVEY.compiled(radius, rule, balls, radii, start, stop)
         return balls, radii
 
     shares = threads.run(survey, n)
@@ -124,22 +126,25 @@ def _open(plan: _Plan, bounds: tuple[Bounds, Bounds], box: tuple[float, float]) 
 
 
 def _periodic(plan: _Plan, bounds: tuple[Bounds, Bounds], box: tuple[float, float]) -> tuple[float, ...]:
-    """The same for a periodic box: whole cells along each side, and a side is a whole number of turns of the torus."""
-    columns, rows = _cells(plan.cell, bounds, box)
-    twist = 0.0
-    turns_x, turns_y = 1.0, 1.0
-    if columns * rows > _CELLS_A_BALL * plan.balls + _FEW:
-        most = _CELLS_A_BALL / 2.0 * plan.balls
-        width = min(columns, max(float(_FEW), most / rows // 1.0))
-        height = max(1.0, min(rows, most / width // 1.0))
-        # The turns around the columns end where they began after a part of them, and with that after all.
-        turns_x = columns // width
-        order = height // math.ceil(height / turns_x)
-        turns_x, height = turns_x // order * order, height // order * order
-        turns_y = rows // height
-        columns, rows, twist = width, height, height // order * _twist(int(order))
-    per_x, per_y = columns * turns_x / box[0], rows * turns_y / box[1]
-    return per_x, per_y, 0.0, 0.0, columns, rows, twist
+    """The same for a periodic box, whose sides have to be vectors of the lattice (torus.py): n_x by n_y whole cells.
+
+    (0, n_y) is one where n_y = turns_y rows. (n_x, 0) is one where n_x = turns_x columns, and turns_x twist is a
+    multiple of the rows. If there is room for all cells, one turn in both directions is all.
+    """
+    n_x, n_y = _cells(plan.cell, bounds, box)  # at most, as a cell must not be smaller
+    columns, rows, twist, turns_x, turns_y = n_x, n_y, 0.0, 1.0, 1.0
+    if n_x * n_y > _CELLS_A_BALL * plan.balls + _FEW:
+        slots = _CELLS_A_BALL / 2.0 * plan.balls
+        columns = min(n_x, max(float(_FEW), slots / n_y // 1.0))
+        rows = max(1.0, min(n_y, slots / columns // 1.0))
+        turns_x = n_x // columns
+        # A twist of rows / order times a number that has no divisor in common with it comes back to its row after
+        # `order` turns, and not sooner. So rows and turns are cut to multiples of the order.
+        order = rows // math.ceil(rows / turns_x)
+        turns_x, rows = turns_x // order * order, rows // order * order
+        twist = rows // order * _twist(int(order))
+        turns_y = n_y // rows
+    return columns * turns_x / box[0], rows * turns_y / box[1], 0.0, 0.0, columns, rows, twist
 
 
 def _twist(order: int) -> float:
