@@ -18,7 +18,7 @@ WINDOW = 4
 
 @intrinsic
 def window(typingctx: Any, array: Any, k: Any) -> Any:
-    """The values of WINDOW elements from k on. There must be as many."""
+    """The values of WINDOW elements from k on; the array must not end before."""
     lanes = Lanes(WINDOW)
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
@@ -33,7 +33,14 @@ def window(typingctx: Any, array: Any, k: Any) -> Any:
 def put_pairs(typingctx: Any, i: Any, j: Any, at: Any, index: Any, p: Any, k: Any, mask: Any) -> Any:
     """From place `at` on, the numbers index[p] in i and index[k + lane] in j for each lane that holds; the lower in i.
 
-    Lanes are pressed together without a branch: with the hits taken one by one the search took half as long again.
+    What is emitted, lane by lane:
+
+        one, other = index[p], index[k + lane]
+        low, high = min(one, other), max(one, other)
+        i[at : at + hits] = low, pressed together where the mask holds     (a masked store of the first `hits` lanes)
+        j[at : at + hits] = high, likewise
+
+    There is no branch: with the hits taken one by one the search took half as long again.
     """
     narrow = ir.VectorType(I32, WINDOW)
     target = ir.VectorType(ir.IntType(i.dtype.bitwidth), WINDOW)

@@ -187,9 +187,11 @@ def all_finite(typingctx: Any, values: Any, outputs: Any) -> Any:
 def doubt(typingctx: Any, change: Any, outputs: Any, signs: Any) -> Any:
     """Lane by lane, whether a change is too large for velocities to stay finite in the outputs, or a sign bit is set.
 
-    The quick look before the exact one, an integer comparison of the change under the union of the signs. A finite
-    velocity overflows only by a change of half its last bit, 2**970 for float64 and 2**103 for float32; the limits
-    leave room for a normal of length 2**35. A sum of changes does: of masses that are not negative they have one sign.
+    The quick look before the exact one, an integer comparison of the change under the union of the signs. The limit: a
+    finite velocity v is at most M = 2**1024 - 2**970, in float32 2**128 - 2**104, and v + a n is finite as long as
+    |a n| is below half of M's last place, 2**970 or 2**103. As |n| < 2**35, |a| < 2**930 will do for float64, with 5
+    powers to spare for rounding; and for float32 2**65, with 3. The change given is j1 + j2: of masses that are not
+    negative both have one sign, so neither is larger. NaN and infinity have larger exponents, and are in doubt.
     To ask the results themselves is three additions and ten cycles later, which cost a tenth of the speed in cache.
     """
     limit = (1023 + (930 if outputs.dtype.dtype == types.float64 else 65)) << 52

@@ -50,7 +50,17 @@ def _merge(builder: Any, *ways: tuple[Any, Any]) -> Any:
 
 @intrinsic
 def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, usual: Any) -> Any:
-    """Pairs k to k+n of every column; lanes past n hold ones, a valid pair. `usual`: only the last may be a scalar."""
+    """Pairs k to k+n of every column; lanes past n hold ones, a valid pair. `usual`: only the last may be a scalar.
+
+    What is emitted, for `width` lanes; `either` is a broadcast of the scalar where the column is empty:
+
+        if n == width:
+            if usual: whole line of each column but the last; either(last)
+            else:     either(column), of whole lines, for each
+        else:         either(column), masked to lanes below n, for each
+
+    as a masked load costs a full step a quarter of its time, and a branch a column a tenth.
+    """
     dtype = columns.dtype.dtype
     lanes = lanes_of(dtype)
     wide = ir.VectorType(F64, lanes.width)
@@ -82,8 +92,6 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, usual: Any)
                     from_array = each(i, mask), b.block
             return _merge(b, from_scalar, from_array)
 
-        # A masked load costs a full step a quarter of its time, so whole lines go without, and a branch a column a
-        # tenth, so the usual batch goes without those.
         numbers = range(columns.count)
         with b.if_else(b.icmp_signed("==", n, ir.Constant(n.type, lanes.width))) as (whole, part):
             with whole:

@@ -45,7 +45,7 @@ class Options(NamedTuple):
 
 
 def options(restitution: Any, approaching_only: bool, invalid: str) -> Options:
-    """With the first checked; the others are when they are used."""
+    """These options, the restitution checked and as a float; the functions that take the others check them."""
     if restitution is not None:
         is_number = isinstance(restitution, numbers.Real) and not isinstance(restitution, bool)
         if not (is_number and 0.0 <= restitution < 1e308):
@@ -59,31 +59,12 @@ def choose(names: Iterable[str], form: str | None, columns: Mapping[str, str] | 
 
     `columns` gives the names of columns that are not called as the arguments and results are.
     """
-    names, called = list(names), dict(columns or {})
     if form is not None and (not isinstance(form, str) or form not in COLLISIONS):
         raise ValueError(f"form = {form!r}: must be None or one of {', '.join(map(repr, COLLISIONS))}")
     among = COLLISIONS if form is None else {form: COLLISIONS[form]}
-    known = dict.fromkeys(name for f in among.values() for name in (*f.columns, *f.outputs))
-    for name, column in called.items():
-        if name not in known:
-            raise ValueError(f"columns: {name!r} is not among {', '.join(known)}")
-        if not isinstance(column, str):
-            raise TypeError(f"columns: {name!r}: {column!r} is no name of a column")
-    # A name that is given is meant: its column has to be there, and the form has to have it.
-    missing = {
-        key: [called.get(c, c) for c in f.columns if called.get(c, c) not in names and (c != _E or c in called)]
-        for key, f in among.items()
-    }
-    meant = [key for key, f in among.items() if set(called) <= {*f.columns, *f.outputs}]
-    complete = [key for key in meant if not missing[key]]
-    if complete == ["1d", "polar"]:  # the polar form has all columns of the form on a line
-        complete = ["polar"]
-    if len(complete) > 1:
-        raise TableError(f"has the columns of more than one form: {', '.join(complete)}")
-    if not complete:
-        likely = max(meant or among, key=lambda key: (_n_own(key, names, called), -len(missing[key])))
-        raise TableError(f"missing column {', '.join(missing[likely])} (of the {likely} form)")
-    chosen = among[complete[0]]
+    names, called = list(names), dict(columns or {})
+    _check_names(called, among.values())
+    chosen = _form_of(names, called, among)
     inputs = {c: called.get(c, c) for c in chosen.columns if called.get(c, c) in names}
     if options.restitution is not None:
         inputs.pop(_E, None)
@@ -97,8 +78,39 @@ def choose(names: Iterable[str], form: str | None, columns: Mapping[str, str] | 
     return Columns(chosen, inputs, outputs)
 
 
+def _check_names(called: Mapping[str, str], forms: Iterable[Form]) -> None:
+    """Whether the names are given to arguments and results that some form has."""
+    known = dict.fromkeys(name for form in forms for name in (*form.columns, *form.outputs))
+    for name, column in called.items():
+        if name not in known:
+            raise ValueError(f"columns: {name!r} is not among {', '.join(known)}")
+        if not isinstance(column, str):
+            raise TypeError(f"columns: {name!r}: {column!r} is no name of a column")
+
+
+def _form_of(names: Sequence[str], called: Mapping[str, str], among: Mapping[str, Form]) -> Form:
+    """The one form whose columns are all there, or an error that tells what is missing.
+
+    A name that is given is meant: its column has to be there, and the form has to have it. So the restitution may be
+    missing only where no column was named for it.
+    """
+    needed = {key: [c for c in form.columns if c != _E or c in called] for key, form in among.items()}
+    missing = {key: [called.get(c, c) for c in needed[key] if called.get(c, c) not in names] for key in among}
+    meant = [key for key, form in among.items() if set(called) <= {*form.columns, *form.outputs}]
+    complete = [key for key in meant if not missing[key]]
+    if len(complete) > 1:  # a form with all columns of another counts, as the polar one has those on a line
+        columns = [set(among[key].columns) for key in complete]
+        complete = [key for key, own in zip(complete, columns, strict=True) if not any(own < c for c in columns)]
+    if len(complete) > 1:
+        raise TableError(f"has the columns of more than one form: {', '.join(complete)}")
+    if not complete:
+        likely = max(meant or among, key=lambda key: (_n_own(key, names, called), -len(missing[key])))
+        raise TableError(f"missing column {', '.join(missing[likely])} (of the {likely} form)")
+    return among[complete[0]]
+
+
 def _n_own(form: str, names: Sequence[str], called: Mapping[str, str]) -> int:
-    """How many columns there are that this form alone has, of all."""
+    """How many of the columns that no other form has are there."""
     others = {c for key, f in COLLISIONS.items() if key != form for c in f.columns}
     return sum(called.get(c, c) in names for c in COLLISIONS[form].columns if c not in others)
 
