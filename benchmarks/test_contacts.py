@@ -6,49 +6,25 @@ library promises of its embedding: see `race` for how a bad spell of the machine
 
 from __future__ import annotations
 
-import functools
 import statistics
 import time
 
 import numba
 import numpy as np
 import pytest
-from yardsticks import MissingError, calls_a_round, peer, spells
+from cases import disks
+from contestants import SEARCHES, entered, pymunk
+from rounds import calls_a_round, spells
 
 import collide
 from collide.examples import gas
-
-PACKING = 0.4
-
-
-@functools.lru_cache(maxsize=4)
-def disks(n, mixed=False):
-    """Positions, radii and the side of a square: strewn at random, equal, or half the area in disks of a 20th."""
-    rng = np.random.default_rng(0)
-    radius = np.where(np.arange(n) % 401 == 0, 1.0, 0.05) if mixed else np.ones(n)
-    side = np.sqrt((np.pi * radius**2).sum() / PACKING)
-    return *rng.uniform(0, side, (2, n)), radius if mixed else 1.0, side
 
 
 def median(ratios):
     return statistics.median(ratios)
 
 
-def scipy_kdtree(x, y, radius, box):
-    tree = peer("scipy.spatial").cKDTree
-    points = np.stack([x, y], axis=1)
-    return lambda: tree(points, boxsize=box).query_pairs(2 * radius, output_type="ndarray").T
-
-
-def matscipy_list(x, y, radius, box):
-    neighbour_list = peer("matscipy.neighbours").neighbour_list
-    points = np.stack([x, y, np.zeros(x.size)], axis=1)
-    sides = box or (np.ptp(x) + 1.0, np.ptp(y) + 1.0)
-    cell, pbc = np.diag([*sides, 4.0 * radius]), [box is not None] * 2 + [False]
-    return lambda: neighbour_list("ij", positions=points, cell=cell, pbc=pbc, cutoff=2 * radius)
-
-
-RIVALS = {"SciPy's cKDTree.query_pairs": (scipy_kdtree, 10), "matscipy's neighbour_list": (matscipy_list, 5)}
+BOUNDS = {"SciPy's cKDTree.query_pairs": 10, "matscipy's neighbour_list": 5}
 
 
 def as_set(pairs):
@@ -57,17 +33,14 @@ def as_set(pairs):
     return np.unique(i * (1 << 31) + j)
 
 
-@pytest.mark.parametrize("rival", RIVALS)
+@pytest.mark.parametrize("rival", SEARCHES)
 @pytest.mark.parametrize("periodic", [False, True], ids=["open", "periodic"])
 @pytest.mark.parametrize("n", [100, 10_000, 100_000, 1_000_000])
 def test_find(race, benchmark, n, periodic, rival):
     x, y, radius, side = disks(n)
     box = (side, side) if periodic else None
-    make, bound = RIVALS[rival]
-    try:
-        contestant = make(x, y, radius, box)
-    except MissingError as reason:
-        pytest.skip(f"{rival}: {reason}")
+    bound = BOUNDS[rival]
+    contestant = entered(rival, SEARCHES[rival], x, y, radius, box)
     np.testing.assert_array_equal(as_set(collide.find_contacts(x, y, radius, box=box)), as_set(contestant()))
     space = "periodic" if periodic else "open"
     benchmark.group = f"contacts of {n:,} disks, {space}"
@@ -159,42 +132,14 @@ def test_resolve(race, benchmark, order):
     assert ratio >= 0.5
 
 
-def pymunk_gas(position, v, side, threads):
-    """The same disks in a box of segments."""
-    pm = peer("pymunk")
-    space = pm.Space(threaded=threads > 1)
-    if threads > 1:
-        space.threads = threads
-    space.iterations = 1
-    corners = [(0, 0), (side, 0), (side, side), (0, side)]
-    for a, b in zip(corners, [*corners[1:], corners[0]], strict=True):
-        wall = pm.Segment(space.static_body, a, b, 0.0)
-        wall.elasticity = 1.0
-        space.add(wall)
-    for place, velocity in zip(position.T.tolist(), v.T.tolist(), strict=True):
-        body = pm.Body(1.0, float("inf"))
-        body.position, body.velocity = place, velocity
-        shape = pm.Circle(body, gas.RADIUS)
-        shape.elasticity = 1.0
-        space.add(body, shape)
-    return space
-
-
-def pymunk_energy(space):
-    return sum(body.velocity.length**2 for body in space.bodies)
-
-
 @pytest.mark.parametrize("threads", [1, 2])
 def test_gas(race, benchmark, threads):
     """A step: disks move, contacts are found and resolved. On two threads pymunk gets velocities wrong here."""
     position, v, side = gas.start(10_000, 0.3, np.random.default_rng(0))
     for _ in range(200):
         gas.step(position, v, side, walls=True)  # until the lattice is forgotten
-    try:
-        space = pymunk_gas(position, v, side, threads)
-    except MissingError as reason:
-        pytest.skip(f"pymunk: {reason}")
-    energies = (v * v).sum(), pymunk_energy(space)
+    space = entered("pymunk", pymunk.gas, position, v, side, threads)
+    energies = (v * v).sum(), pymunk.energy(space)
     benchmark.group = "a step of a gas of 10,000 disks"
 
     def best(ratios):
@@ -211,7 +156,7 @@ def test_gas(race, benchmark, threads):
             rival=f"pymunk on {threads} thread{'s' * (threads > 1)}",
         )
     )
-    drifts = (v * v).sum() / energies[0] - 1, pymunk_energy(space) / energies[1] - 1
+    drifts = (v * v).sum() / energies[0] - 1, pymunk.energy(space) / energies[1] - 1
     print(
         f"\n{benchmark.group}: {found:.1f} times as fast as pymunk on {threads}, at least 6 on 2 threads; "
         f"energies drifted by {drifts[0]:.1e} and {drifts[1]:.1e}",

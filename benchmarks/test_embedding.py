@@ -7,9 +7,10 @@ import statistics
 import numba
 import numpy as np
 import pytest
+from cases import make_case
 from numba import types
 from numba.extending import intrinsic
-from yardsticks import calls_a_round, make_case
+from rounds import calls_a_round
 
 import collide
 

@@ -7,7 +7,9 @@ them: the best spell counts, of three, and where those are short of the bound of
 from __future__ import annotations
 
 import pytest
-from yardsticks import YARDSTICKS, calls_a_round, collide_itself, make_case, spells
+from cases import make_case
+from contestants import BATCHES, itself
+from rounds import calls_a_round, spells
 
 LARGE = 8_000_000
 
@@ -38,9 +40,9 @@ def test_throughput(race, benchmark, set_threads, form, n, one_thread, yardstick
     def best(ratios):
         return max(spells([1 / r for r in ratios], rounds))
 
-    contestant = YARDSTICKS[yardstick](case)
+    contestant = BATCHES[yardstick](case)
     ratio = best(
-        race(contestant, collide_itself(case), calls_a_round(n), rounds, enough=lambda ratios: best(ratios) >= bound)
+        race(contestant, itself.batch(case), calls_a_round(n), rounds, enough=lambda ratios: best(ratios) >= bound)
     )
     print(f"\n{form}, {n:,} pairs: {ratio:.2f} times as fast as {yardstick}, at least {bound}", end=" ")
     assert ratio >= bound, f"{ratio:.3f} times as fast as {yardstick}: must be at least {bound}"
@@ -49,7 +51,7 @@ def test_throughput(race, benchmark, set_threads, form, n, one_thread, yardstick
 def test_growth(race, benchmark):
     """Ten times the pairs take ten times as long."""
     many, few = make_case("plane", 10_000_000), make_case("plane", 1_000_000)
-    tenth = collide_itself(few)
+    tenth = itself.batch(few)
 
     def ten_tenths():
         for _ in range(10):
@@ -62,6 +64,6 @@ def test_growth(race, benchmark):
         return 0.75 <= nearest_to_one(ratios) <= 1.25
 
     benchmark.group = "guard: growth from a million pairs to ten million"
-    ratios = race(ten_tenths, collide_itself(many), 1, 15, enough=linear)
+    ratios = race(ten_tenths, itself.batch(many), 1, 15, enough=linear)
     print(f"\n10^7 pairs take {nearest_to_one(ratios):.2f} times as long as ten times 10^6, 0.75 to 1.25", end=" ")
     assert linear(ratios)
