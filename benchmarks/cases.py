@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 import collide
+from collide.examples import gas
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Call = Callable[[], Sequence[Array]]
 RESULTS = {"line": 2, "plane": 4, "polar": 4, "impact": 1}
 FORMS = tuple(RESULTS)
 PACKING = 0.4
+FILE_PAIRS = int(os.environ.get("COLLIDE_FILE_PAIRS", "10000000"))
+STORE_PAIRS = int(os.environ.get("COLLIDE_STORE_PAIRS", "16000000"))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,3 +69,20 @@ def disks(n: int, mixed: bool = False) -> tuple[Array, Array, Any, float]:
     radius = np.where(np.arange(n) % 401 == 0, 1.0, 0.05) if mixed else np.ones(n)
     side = np.sqrt((np.pi * radius**2).sum() / PACKING)
     return *rng.uniform(0, side, (2, n)), radius if mixed else 1.0, side
+
+
+def contacts(order: str) -> tuple[Array, Array, Array, Array]:
+    """Those of a million disks, i and j, and their positions, x and y."""
+    x, y, radius, _ = disks(1_000_000)
+    if order == "cell order":
+        sort = np.lexsort((x // 2, y // 2))
+        x, y = x[sort], y[sort]
+    return *collide.find_contacts(x, y, radius), x, y
+
+
+def settled_gas(n: int) -> tuple[Array, Array, float]:
+    """Positions and velocities of disks between walls, and the side of their box, when the lattice is forgotten."""
+    position, v, side = gas.start(n, 0.3, np.random.default_rng(0))
+    for _ in range(200):
+        gas.step(position, v, side, walls=True)
+    return position, v, side

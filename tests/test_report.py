@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -73,7 +74,8 @@ def test_what_is_saved_and_compared_is_of_one_call(tmp_path):
         "    race(lambda: time.sleep(0.004), lambda: time.sleep(0.002), 5, 4, n=8, contestant='a')\n"
     )
     command = [sys.executable, "-m", "pytest", str(tmp_path), "--benchmark-json", str(tmp_path / "saved.json")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=True, cwd=ROOT)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "benchmarks")}
+    done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=True, cwd=ROOT, env=environment)
     (found,) = json.loads((tmp_path / "saved.json").read_text())["benchmarks"]
     stats, ratio = found["stats"], found["extra_info"]["as fast as the reference"]
     assert (stats["rounds"], stats["iterations"]) == (4, 5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib.metadata import entry_points
 from typing import Any
 
 from cases import RESULTS, Call, Case
@@ -22,3 +23,9 @@ def batch(case: Case) -> Call:
     if RESULTS[case.form] == 1:
         return lambda: (function(*case.columns, out=case.out[0]),)
     return lambda: function(*case.columns, out=case.out)
+
+
+def command() -> Callable[[list[str]], int]:
+    """What the command `collide` calls, which gives its exit status."""
+    (found,) = entry_points(group="console_scripts", name="collide")
+    return found.load()
