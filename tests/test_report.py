@@ -1,6 +1,6 @@
 """The README's figures come from benchmarks/report.py: its text is built from data, and replaces what stood there."""
 
-import importlib.util
+import importlib
 import json
 import os
 import shutil
@@ -15,10 +15,9 @@ ROOT = Path(__file__).parent.parent
 
 @pytest.fixture(scope="module")
 def report():
-    spec = importlib.util.spec_from_file_location("report", ROOT / "benchmarks" / "report.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(ROOT / "benchmarks")
+        return importlib.import_module("report")
 
 
 def batch(form, n, name, seconds, as_fast, threads=2):
