@@ -10,6 +10,7 @@ import sys
 import duels
 import pytest
 from cases import FILE_PAIRS
+from contestants import plain_copy
 
 from . import hold
 
@@ -29,8 +30,9 @@ def test_rate(source, cold):
     hold(what, *duels.table(source, cold), 3, statistics.median, least=0.8)
 
 
-def test_memory(source, tmp_path):
-    target = tmp_path / f"after{source.suffix}"
+def test_memory(source):
+    target = source.with_name(f"after{source.suffix}")
+    plain_copy.remove(target)
     command = [sys.executable, "-c", PEAK, "resolve", str(source), "-o", str(target), "--quiet"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     peak = int(re.search(r"\d+", done.stdout)[0]) / 1024
