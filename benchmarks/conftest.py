@@ -108,8 +108,11 @@ def race(benchmark: Any) -> Callable[..., float]:
             return math.nan
         ratio = statistics.median(r / c for r, c in zip(references, benchmark.stats.stats.data, strict=False))
         benchmark.extra_info["as fast as the reference"] = ratio
+        said = f"{ratio:.2f} times as fast as the reference"
         if "n" in info:
-            benchmark.extra_info["rate"] = info["n"] / benchmark.stats.stats.median / 1e6
+            benchmark.extra_info["rate"] = rate = info["n"] / benchmark.stats.stats.median / 1e6
+            said = f"{rate:.1f} M pairs/s, {said}"
+        print(f"\n{benchmark.group}: {said}", end=" ")
         return ratio
 
     return run

@@ -15,7 +15,7 @@ from .missing import MissingError, collisions_on_all_threads_only, peer
 
 
 def batch(case: Case) -> Call:
-    """A physics engine: n isolated touching pairs of disks, one step. It finds the contacts too.
+    """One step of n isolated touching pairs of disks.
 
     On one thread: its threaded solver gives wrong velocities at one iteration, from some thousands of pairs on.
     """
