@@ -7,19 +7,23 @@ import os
 # Or the idle team of prange takes a core from whoever runs next.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
+import math
+import shutil
 import statistics
-import time
 from collections.abc import Callable
 from typing import Any
 
+import make_pairs
 import numba
 import numpy as np
 import pytest
+from cases import FILE_PAIRS, STORE_PAIRS
+from contestants import dask
+from rounds import Rounds, Timed, seconds
 
 import collide
 
 BUDGET = 0.8  # seconds of timed rounds, of a contestant and of collide beside it
-PAUSE = 5  # seconds, in which a neighbour on the host may have gone
 COLUMNS = ["min", "median", "iqr", "rounds", "iterations"]
 
 
@@ -54,64 +58,62 @@ def set_threads() -> Any:
     collide.set_num_threads(before)
 
 
-def _seconds(call: Callable[[], Any], calls: int) -> float:
-    """Of one call."""
-    began = time.perf_counter()
-    for _ in range(calls):
-        call()
-    return (time.perf_counter() - began) / calls
+@pytest.fixture(scope="module", params=[".parquet", ""], ids=["Parquet", "folder"])
+def source(request: Any, tmp_path_factory: Any) -> Any:
+    """A table of pairs on disk, as a file and as a folder."""
+    path = tmp_path_factory.mktemp("files") / f"pairs{request.param}"
+    make_pairs.main(FILE_PAIRS, path)
+    yield path
+    shutil.rmtree(path.parent)
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: Any) -> Any:
+    """Columns of pairs on disk, and of their results."""
+    folder = tmp_path_factory.mktemp("store") / "pairs"
+    dask.make_store(STORE_PAIRS, folder)
+    yield folder
+    shutil.rmtree(folder)
+
+
+@pytest.fixture(scope="module")
+def clients() -> Any:
+    """Of two worker processes of one thread each, and of one of two."""
+    with dask.client(2, 1) as two, dask.client(1, 2) as one:
+        yield two, one
 
 
 @pytest.fixture
-def race(benchmark: Any) -> Callable[..., list[float]]:
-    """A function that times a contestant by pytest-benchmark, each round after one of the reference.
+def race(benchmark: Any) -> Callable[..., float]:
+    """A function that times a contestant by pytest-benchmark, each round after one of the reference: see `Rounds`.
 
-    Interleaved, so that what slows the machine down slows both, and each after an untimed call of its own, so that
-    neither finds the caches as the other left them. A round has `calls` calls of either, and all times are of one call.
-    Gives the ratio of each round, the reference's time to the contestant's, and leaves their median and what else it is
-    told in the benchmark's extra_info. Where the ratios are not `enough`, as many rounds again are added after a pause,
-    twice at most.
+    Gives how many times as fast as the reference the contestant is, the median of the rounds' ratios, and leaves it and
+    what else it is told in the benchmark's extra_info; told of n pairs, the rate in millions a second as well.
     """
 
-    def run(
-        contestant: Callable[[], Any],
-        reference: Callable[[], Any],
-        /,
-        calls: int,
-        rounds: int | None = None,
-        enough: Callable[[list[float]], bool] = lambda ratios: True,
-        **info: Any,
-    ) -> list[float]:
-        reset = getattr(contestant, "reset", None)
-        if reset is None:
-            contestant()
-            once = _seconds(contestant, 1)
-            prepare = contestant if once < 0.1 else reference
-        else:
-            reset()
-            once, calls, prepare = _seconds(contestant, 1), 1, reset
-        rounds = rounds or min(30, max(3, int(BUDGET / (calls * (once + _seconds(reference, 1))))))
-        references: list[float] = []
-
-        def before() -> None:
-            reference()
-            references.append(_seconds(reference, calls))
-            prepare()
-
-        before()
+    def run(contestant: Timed, reference: Timed, /, calls: int, rounds: int | None = None, **info: Any) -> float:
+        pair = Rounds(contestant, reference, calls)
+        rounds = rounds or min(30, max(3, int(BUDGET / (pair.calls * (pair.contestant_seconds + seconds(reference))))))
+        references = [pair.time_reference()]
         # Each round's teardown makes the next one ready, as pytest-benchmark takes no setup where a round has several
         # calls; those after the last round are not looked at.
-        benchmark.pedantic(contestant, teardown=before, rounds=rounds, iterations=calls)
-        data = benchmark.stats.stats.data
-        ratios = [r / c for r, c in zip(references, data, strict=False)]
-        for _ in range(2):
-            if not enough(ratios):
-                time.sleep(PAUSE)
-                for _ in range(rounds):
-                    before()
-                    ratios.append(references[-1] / _seconds(contestant, calls))
-        benchmark.extra_info.update({**info, "as fast as the reference": statistics.median(ratios)})
-        return ratios
+        benchmark.pedantic(
+            contestant,
+            teardown=lambda: references.append(pair.time_reference()),
+            rounds=rounds,
+            iterations=pair.calls,
+        )
+        benchmark.extra_info.update(info)
+        if not benchmark.enabled:
+            return math.nan
+        ratio = statistics.median(r / c for r, c in zip(references, benchmark.stats.stats.data, strict=False))
+        benchmark.extra_info["as fast as the reference"] = ratio
+        said = f"{ratio:.2f} times as fast as the reference"
+        if "n" in info:
+            benchmark.extra_info["rate"] = rate = info["n"] / benchmark.stats.stats.median / 1e6
+            said = f"{rate:.1f} M pairs/s, {said}"
+        print(f"\n{benchmark.group}: {said}", end=" ")
+        return ratio
 
     return run
 
@@ -128,6 +130,5 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
         if b.group != group:
             group = b.group
             write(f"\n{group}")
-        rate = b.extra_info["n"] / b.stats.median
-        ratio = 1 / b.extra_info["as fast as the reference"]
-        write(f"  {b.extra_info['contestant']:24} {rate / 1e6:10.4g} M pairs/s   {ratio:8.2f} x")
+        rate, ratio = b.extra_info["rate"], 1 / b.extra_info["as fast as the reference"]
+        write(f"  {b.extra_info['contestant']:24} {rate:10.4g} M pairs/s   {ratio:8.2f} x")

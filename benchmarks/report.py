@@ -3,16 +3,19 @@
     python -m pytest benchmarks --benchmark-json=benchmarks/results/last.json
     python benchmarks/report.py benchmarks/results/last.json
 
-Every contestant was timed in rounds interleaved with collide's. What is written as its rate is that ratio times the
-rate of collide in a measurement of its own, so that a slow minute of the machine moves all figures of a column alike.
+What is written as a rate is made of ratios: see saved.py.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+import textwrap
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
+
+from pictures import draw_bars, draw_sizes
+from saved import COLLISIONS, CONTESTANTS, FORMS, LARGE, Entry, Key, entries, number
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "benchmarks" / "results"
@@ -21,53 +24,6 @@ COMMAND = (
     "python -m pytest benchmarks --benchmark-json=benchmarks/results/last.json && "
     "python benchmarks/report.py benchmarks/results/last.json"
 )
-FORMS = {"line": "on a line", "plane": "in the plane", "polar": "polar form", "impact": "time of impact"}
-COLLISIONS = ("line", "plane", "polar")
-# Name in the data: name in the table, name in the pictures, colour, marker.
-CONTESTANTS = {
-    "bytes only": ("the memory limit: the same bytes, nothing computed", "the memory limit", "#8b949e", ""),
-    "collide": ("collide", "collide", "#e5534b", "o"),
-    "prange": ("Numba prange (polar: libm)", "Numba prange", "#4493f8", "s"),
-    "prange, same formula": ("Numba prange, collide's own formula", "prange, collide's formula", "#1f9e89", "D"),
-    "C": ("C: cc -O3 -march=native -fopenmp", "C with OpenMP", "#b083f0", "^"),
-    "Taichi": ("Taichi", "Taichi", "#d4a72c", "v"),
-    "numexpr": ("numexpr", "numexpr", "#57ab5a", "P"),
-    "JAX": ("JAX", "JAX", "#e275ad", "X"),
-    "NumPy": ("NumPy", "NumPy", "#f0883e", "*"),
-    "pymunk": ("pymunk, one step of an engine", "pymunk, one step", "#a5734f", "h"),
-}
-LARGE = 10_000_000
-
-
-class Entry(NamedTuple):
-    """One contestant in one case: its pairs a second, and how many times as fast as it collide is."""
-
-    rate: float
-    ratio: float
-
-
-Key = tuple[str, int, int, str]  # form, pairs, threads, contestant
-
-
-def entries(data: dict[str, Any]) -> dict[Key, Entry]:
-    batches = [b for b in data["benchmarks"] if "contestant" in b["extra_info"]]
-    own: dict[Any, float] = {}
-    for b in batches:
-        info = b["extra_info"]
-        if info["contestant"] == "collide":
-            own[info["form"], info["n"], info["threads"]] = info["n"] / b["stats"]["median"]
-    found = {}
-    for b in batches:
-        info = b["extra_info"]
-        case = info["form"], info["n"], info["threads"]
-        ratio = 1.0 if info["contestant"] == "collide" else 1 / info["as fast as the reference"]
-        found[(*case, info["contestant"])] = Entry(own[case] / ratio, ratio)
-    return found
-
-
-def number(x: float) -> str:
-    """Three figures at most, and no exponent."""
-    return f"{x:.0f}" if x >= 100 else f"{x:.1f}" if x >= 10 else f"{x:.2f}"
 
 
 def section(data: dict[str, Any]) -> str:
@@ -211,8 +167,6 @@ def losses(found: dict[Key, Entry]) -> str:
 
 
 def wrapped(text: str, width: int = 120) -> list[str]:
-    import textwrap
-
     return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)
 
 
@@ -222,74 +176,6 @@ def rewrite(readme: str, text: str) -> str:
     if not tail:
         raise SystemExit(f"README.md has no {BEGIN} ... {END}")
     return f"{head}{BEGIN}\n{text}\n{END}{tail}"
-
-
-# Pictures on no background of their own, in greys and hues that a white page and a black one both show.
-INK = "#7d8590"
-
-
-def style() -> Any:
-    import matplotlib
-
-    matplotlib.use("svg")
-    inked = ("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color")
-    matplotlib.rcParams.update(dict.fromkeys(inked, INK))
-    matplotlib.rcParams.update({"savefig.transparent": True, "legend.frameon": False, "font.size": 9})
-    matplotlib.rcParams.update({"axes.spines.top": False, "axes.spines.right": False})
-    matplotlib.rcParams.update({"svg.hashsalt": "collide", "svg.fonttype": "path"})  # the same file every time
-    from matplotlib import pyplot
-
-    return pyplot
-
-
-def draw_sizes(found: dict[Key, Entry], threads: int, path: Path) -> None:
-    plt = style()
-    figure, axes = plt.subplots(1, 2, figsize=(9, 4.4), sharey=True)
-    for ax, form in zip(axes, ("plane", "polar"), strict=True):
-        for name, (_, label, colour, marker) in CONTESTANTS.items():
-            points = sorted((n, e.rate) for (f, n, t, c), e in found.items() if (f, t, c) == (form, threads, name))
-            if name == "bytes only":
-                ax.axhline(points[-1][1], color=colour, linestyle="--", label=label)
-            elif points:
-                wide = {"linewidth": 2.5, "zorder": 3} if name == "collide" else {"linewidth": 1.2}
-                ax.loglog(*zip(*points, strict=True), color=colour, marker=marker, markersize=4, label=label, **wide)
-        ax.set_xscale("log")
-        ax.set_yscale("log")
-        ax.set_title(FORMS[form], fontsize=10)
-        ax.set_xlabel("pairs in a batch")
-        ax.grid(color=INK, alpha=0.2)
-    axes[0].set_ylabel("pairs a second")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=3, fontsize=8)
-    figure.tight_layout(rect=(0, 0.2, 1, 1))
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
-
-
-def draw_bars(found: dict[Key, Entry], threads: int, path: Path) -> None:
-    plt = style()
-    figure, axes = plt.subplots(1, 2, figsize=(9, 3.6), sharey=True)
-    shown = ("plane", "polar")
-    names = [name for name in CONTESTANTS if any((form, LARGE, threads, name) in found for form in shown)]
-    for ax, form in zip(axes, shown, strict=True):
-        limit = found[form, LARGE, threads, "bytes only"].rate / 1e6
-        ax.axvline(limit, color=INK, linestyle="--", linewidth=1)
-        for i, name in enumerate(names):
-            entry = found.get((form, LARGE, threads, name))
-            if entry:
-                rate = entry.rate / 1e6
-                ax.barh(i, rate, color=CONTESTANTS[name][2], height=0.7)
-                inside = rate > limit / 2
-                place, side = (rate - limit / 50, "right") if inside else (rate + limit / 50, "left")
-                ax.text(place, i, number(rate), va="center", ha=side, fontsize=8, color="black" if inside else INK)
-        ax.set_title(FORMS[form], fontsize=10)
-        ax.set_xlabel(f"million pairs a second, {LARGE:,} pairs")
-        ax.set_xlim(0, limit * 1.1)
-    axes[0].set_yticks(range(len(names)), [CONTESTANTS[name][1] for name in names])
-    axes[0].invert_yaxis()
-    figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
 
 
 def main(path: str) -> None:

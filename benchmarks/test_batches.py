@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import yardsticks
-from yardsticks import FORMS, YARDSTICKS, MissingError, calls_a_round, collide_itself, make_case
+from cases import FORMS, make_case
+from contestants import BATCHES, entered, itself
+from rounds import calls_a_round
 
 import collide
 
@@ -13,7 +14,7 @@ SIZES = [1, 100, 10_000, 100_000, 1_000_000, 10_000_000]
 ALL = collide.get_num_threads()
 
 
-@pytest.mark.parametrize("name", YARDSTICKS)
+@pytest.mark.parametrize("name", BATCHES)
 @pytest.mark.parametrize(
     ("form", "n", "threads"),
     [
@@ -24,14 +25,11 @@ ALL = collide.get_num_threads()
 def test_batch(race, benchmark, set_threads, form, n, threads, name):
     set_threads(threads)
     case = make_case(form, n)
-    try:
-        contestant = YARDSTICKS[name](case)
-    except MissingError as reason:
-        pytest.skip(f"{name}: {reason}")
+    contestant = entered(name, BATCHES[name], case)
     if name != "bytes only":
         same_answers(contestant, case)
     benchmark.group = f"{form}, {n:,} pairs, {'1 thread' if threads == 1 else 'all threads'}"
-    race(contestant, collide_itself(case), calls_a_round(n), form=form, n=n, threads=threads, contestant=name)
+    race(contestant, itself.batch(case), calls_a_round(n), form=form, n=n, threads=threads, contestant=name)
 
 
 def same_answers(contestant, case):
@@ -40,9 +38,9 @@ def same_answers(contestant, case):
         contestant.reset()
         contestant()
         got, tolerance = contestant.answer(), 1e-5
-        want = yardsticks.FUNCTIONS[case.form](*case.columns, approaching_only=True)
+        want = itself.FUNCTIONS[case.form](*case.columns, approaching_only=True)
     else:
-        want = np.atleast_2d(yardsticks.FUNCTIONS[case.form](*case.columns))
+        want = np.atleast_2d(itself.FUNCTIONS[case.form](*case.columns))
         for u in case.out:
             u.fill(np.nan)
         # Times of impact by the textbook's discriminant lose half of their digits near a graze.

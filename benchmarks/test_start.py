@@ -37,5 +37,6 @@ def test_start(benchmark, tmp_path, name):
         seconds.append(float(run.stdout))
 
     benchmark.group = "start of a process"
-    benchmark.pedantic(process, rounds=2 if compiling else 5, warmup_rounds=0 if compiling else 1)
-    benchmark.extra_info.update(start=name, seconds=statistics.median(seconds[0 if compiling else 1 :]))
+    rounds = 2 if compiling else 5
+    benchmark.pedantic(process, rounds=rounds, warmup_rounds=0 if compiling else 1)
+    benchmark.extra_info.update(start=name, seconds=statistics.median(seconds[-rounds:]))

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from yardsticks import FUNCTIONS, calls_a_round, collide_itself, make_case
+from cases import make_case
+from contestants import itself
+from contestants.itself import FUNCTIONS
+from rounds import calls_a_round
 
 
 def float32(case):
@@ -53,4 +56,4 @@ VARIANTS = [float32, scalar_masses, allocating, in_place, strided, approaching_o
 def test_variant(race, benchmark, n, form, variant):
     case = make_case(form, n)
     benchmark.group = f"variants: {form}, {n:,} pairs"
-    race(variant(case), collide_itself(case), calls_a_round(n), 15, form=form, n=n, variant=variant.__name__)
+    race(variant(case), itself.batch(case), calls_a_round(n), 15, form=form, n=n, variant=variant.__name__)

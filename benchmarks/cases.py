@@ -1,0 +1,88 @@
+"""The seeded cases that contestants are given: pairs in each form, and states of disks in the plane."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import os
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+import collide
+from collide.examples import gas
+
+Array = np.ndarray[Any, np.dtype[Any]]
+Call = Callable[[], Sequence[Array]]
+RESULTS = {"line": 2, "plane": 4, "polar": 4, "impact": 1}
+FORMS = tuple(RESULTS)
+PACKING = 0.4
+FILE_PAIRS = int(os.environ.get("COLLIDE_FILE_PAIRS", "10000000"))
+STORE_PAIRS = int(os.environ.get("COLLIDE_STORE_PAIRS", "16000000"))
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """Pairs in one form, arrays for the results, and how many threads may work."""
+
+    form: str
+    n: int
+    threads: int
+    columns: tuple[Array, ...]
+    out: tuple[Array, ...]
+
+
+def random_pairs(n: int) -> tuple[list[Array], list[Array]]:
+    """n pairs in the Cartesian form and the same in the polar form."""
+    rng = np.random.default_rng(0)
+    m1, m2, v1, v2 = (rng.uniform(0.1, 10.0, n) for _ in range(4))
+    theta1, theta2, phi = (rng.uniform(-np.pi, np.pi, n) for _ in range(3))
+    cartesian = [m1, m2]
+    for length, angle in ((v1, theta1), (v2, theta2), (1.0, phi)):
+        cartesian += [length * np.cos(angle), length * np.sin(angle)]
+    return cartesian, [m1, m2, v1, theta1, v2, theta2, phi]
+
+
+@functools.lru_cache(maxsize=1)  # 10^7 pairs take 1.9 GB with their results
+def arrays(form: str, n: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    """Seeded pairs in one form, and arrays for their results."""
+    if form == "impact":
+        rng = np.random.default_rng(0)
+        columns = [*rng.uniform(-50.0, 50.0, (2, n)), *rng.normal(size=(2, n)), rng.uniform(1.0, 2.0, n)]
+    else:
+        cartesian, polar = random_pairs(n)
+        m1, m2, v1x, _, v2x, *_ = cartesian
+        columns = {"line": [m1, m2, v1x, v2x], "plane": cartesian, "polar": polar}[form]
+    return tuple(c.copy() for c in columns), tuple(np.zeros(n) for _ in range(RESULTS[form]))
+
+
+def make_case(form: str, n: int) -> Case:
+    """For as many threads as collide has at this moment."""
+    return Case(form, n, collide.get_num_threads(), *arrays(form, n))
+
+
+@functools.lru_cache(maxsize=4)
+def disks(n: int, mixed: bool = False) -> tuple[Array, Array, Any, float]:
+    """Positions, radii and the side of a square: strewn at random, equal, or half the area in disks of a 20th."""
+    rng = np.random.default_rng(0)
+    radius = np.where(np.arange(n) % 401 == 0, 1.0, 0.05) if mixed else np.ones(n)
+    side = np.sqrt((np.pi * radius**2).sum() / PACKING)
+    return *rng.uniform(0, side, (2, n)), radius if mixed else 1.0, side
+
+
+def contacts(order: str) -> tuple[Array, Array, Array, Array]:
+    """Those of a million disks, i and j, and their positions, x and y."""
+    x, y, radius, _ = disks(1_000_000)
+    if order == "cell order":
+        sort = np.lexsort((x // 2, y // 2))
+        x, y = x[sort], y[sort]
+    return *collide.find_contacts(x, y, radius), x, y
+
+
+def settled_gas(n: int) -> tuple[Array, Array, float]:
+    """Positions and velocities of disks between walls, and the side of their box, when the lattice is forgotten."""
+    position, v, side = gas.start(n, 0.3, np.random.default_rng(0))
+    for _ in range(200):
+        gas.step(position, v, side, walls=True)
+    return position, v, side

@@ -1,0 +1,31 @@
+"""collide, which all others are measured against."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.metadata import entry_points
+from typing import Any
+
+from cases import RESULTS, Call, Case
+
+import collide
+
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "line": collide.resolve_1d,
+    "plane": collide.resolve_2d,
+    "polar": collide.resolve_polar,
+    "impact": collide.time_of_impact,
+}
+
+
+def batch(case: Case) -> Call:
+    function = FUNCTIONS[case.form]
+    if RESULTS[case.form] == 1:
+        return lambda: (function(*case.columns, out=case.out[0]),)
+    return lambda: function(*case.columns, out=case.out)
+
+
+def command() -> Callable[[list[str]], int]:
+    """What the command `collide` calls, which gives its exit status."""
+    (found,) = entry_points(group="console_scripts", name="collide")
+    return found.load()

@@ -1,0 +1,18 @@
+"""The memory limit: the same loads and stores as collide's, by the same machinery, and next to no arithmetic.
+
+Nothing else in this folder knows of the package's private modules. Kernels of one's own would differ in how they are
+cut into shares, and in their stores; then the difference to collide would be more than its arithmetic.
+"""
+
+from __future__ import annotations
+
+from cases import Call, Case
+
+from collide._cli.limit import LIMITS
+from collide._pairs.execution import resolve
+
+
+def batch(case: Case) -> Call:
+    form = LIMITS[{"line": "1d", "plane": "2d"}.get(case.form, case.form)]
+    columns = case.columns if case.form == "impact" else (*case.columns, 1.0)
+    return lambda: resolve(form, columns, False, "raise", case.out)

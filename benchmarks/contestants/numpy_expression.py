@@ -1,0 +1,47 @@
+"""What a NumPy user would write. Always on one thread; it allocates its results, as its users would have it do."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from cases import Call, Case
+
+
+def line(m1: Any, m2: Any, v1: Any, v2: Any) -> Any:
+    q = 2.0 * (v1 - v2) / (m1 + m2)
+    return v1 - m2 * q, v2 + m1 * q
+
+
+def plane(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any) -> Any:
+    q = 2.0 * ((v1x - v2x) * nx + (v1y - v2y) * ny) / ((m1 + m2) * (nx * nx + ny * ny))
+    return v1x - m2 * q * nx, v1y - m2 * q * ny, v2x + m1 * q * nx, v2y + m1 * q * ny
+
+
+def polar(m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any) -> Any:
+    """The textbook's formula as it stands."""
+    along1, along2 = v1 * np.cos(theta1 - phi), v2 * np.cos(theta2 - phi)
+    across1, across2 = v1 * np.sin(theta1 - phi), v2 * np.sin(theta2 - phi)
+    after1 = ((m1 - m2) * along1 + 2.0 * m2 * along2) / (m1 + m2)
+    after2 = ((m2 - m1) * along2 + 2.0 * m1 * along1) / (m1 + m2)
+    c, s, c90, s90 = np.cos(phi), np.sin(phi), np.cos(phi + np.pi / 2), np.sin(phi + np.pi / 2)
+    return (
+        after1 * c + across1 * c90,
+        after1 * s + across1 * s90,
+        after2 * c + across2 * c90,
+        after2 * s + across2 * s90,
+    )
+
+
+def impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
+    """The textbook's discriminant, which loses near a graze what collide keeps."""
+    b, square = dx * dvx + dy * dvy, dvx * dvx + dvy * dvy
+    gap = dx * dx + dy * dy - distance * distance
+    under = b * b - square * gap
+    t = (-b - np.sqrt(np.maximum(under, 0.0))) / square
+    return (np.where((b < 0.0) & (under >= 0.0), np.maximum(t, 0.0), np.inf),)
+
+
+def batch(case: Case) -> Call:
+    function = {"line": line, "plane": plane, "polar": polar, "impact": impact}[case.form]
+    return lambda: function(*case.columns)

@@ -1,0 +1,113 @@
+"""Races that are measured and guarded alike: a contestant, a reference beside it, and how many calls a round has."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import make_pairs
+import numba
+import numpy as np
+from cases import disks, make_case
+from contestants import SEARCHES, by_hand, dask, entered, itself, plain_copy
+from rounds import Timed, after, calls_a_round
+
+import collide
+from collide.examples import gas
+
+Duel = tuple[Timed, Timed, int]
+
+
+@numba.njit(error_model="numpy")
+def embedded(m1, m2, v1x, v1y, v2x, v2y, nx, ny, u1x, u1y, u2x, u2y):
+    for k in range(m1.size):
+        u1x[k], u1y[k], u2x[k], u2y[k] = collide.scalar.resolve_2d(
+            m1[k], m2[k], v1x[k], v1y[k], v2x[k], v2y[k], nx[k], ny[k]
+        )
+
+
+def embedding(n: int) -> Duel:
+    """A formula of collide.scalar in a user's kernel, and the same expression written out there by hand."""
+    case = make_case("plane", n)
+    embedded(*case.columns, *case.out)
+    want = [u.copy() for u in case.out]
+    by_hand.plane(*case.columns, *case.out)
+    for u, w in zip(case.out, want, strict=True):
+        np.testing.assert_array_equal(u, w)
+    return (
+        lambda: embedded(*case.columns, *case.out),
+        lambda: by_hand.plane(*case.columns, *case.out),
+        calls_a_round(n),
+    )
+
+
+def search(rival: str, n: int, periodic: bool) -> Duel:
+    """A rival's search for the contacts of n disks, and collide's."""
+    x, y, radius, side = disks(n)
+    box = (side, side) if periodic else None
+    contestant = entered(rival, SEARCHES[rival], x, y, radius, box)
+    np.testing.assert_array_equal(_as_set(collide.find_contacts(x, y, radius, box=box)), _as_set(contestant()))
+    return contestant, lambda: collide.find_contacts(x, y, radius, box=box), calls_a_round(n, 150e-9)
+
+
+def _as_set(pairs: Any) -> Any:
+    """Each pair once, in one order: matscipy lists it both ways."""
+    i, j = np.sort(np.asarray(pairs, np.int64), axis=0)
+    return np.unique(i * (1 << 31) + j)
+
+
+def resolution(i: Any, j: Any, x: Any, y: Any) -> Duel:
+    """collide's resolution of a list of contacts, and a loop by hand, from the same velocities each time."""
+    v = np.random.default_rng(1).normal(size=(2, x.size))
+    ours, theirs = v.copy(), v.copy()
+    assert collide.resolve_contacts(i, j, 1.0, x, y, *ours) == by_hand.contacts(i, j, x, y, *theirs)
+    np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9)
+    return (
+        after(lambda: np.copyto(ours, v), lambda: collide.resolve_contacts(i, j, 1.0, x, y, *ours)),
+        after(lambda: np.copyto(theirs, v), lambda: by_hand.contacts(i, j, x, y, *theirs)),
+        1,
+    )
+
+
+def gas_step(position: Any, v: Any, side: float, space: Any) -> Duel:
+    """A step of pymunk's, and of collide's: disks move, contacts are found and resolved."""
+    return (
+        lambda: space.step(gas.TIME_STEP),
+        lambda: gas.step(position, v, side, walls=True),
+        calls_a_round(position.shape[1], 60e-9),
+    )
+
+
+def table(source: Path, cold: bool) -> Duel:
+    """`collide resolve`, and a plain copy of as many bytes, both to the disk; cold after the input was forgotten."""
+    target = source.with_name(f"after{source.suffix}")
+    command = itself.command()
+
+    def ready() -> None:
+        plain_copy.remove(target)
+        if cold:
+            plain_copy.forget(source)
+
+    def resolve() -> None:
+        assert command(["resolve", str(source), "-o", str(target), "--quiet"]) == 0
+
+    return after(ready, resolve), after(ready, lambda: plain_copy.copy(source, target)), 1
+
+
+def cluster(two: Any, rival: Any, folder: Path) -> Duel:
+    """The store by the client of two processes, and by the rival's client, or in one call where that is None."""
+
+    def contestant() -> None:
+        dask.on_cluster(two, folder)
+
+    def reference() -> None:
+        dask.on_cluster(rival, folder) if rival else dask.in_one_call(folder)
+
+    expected = collide.resolve_2d(*(np.load(folder / f"{name}.npy") for name in make_pairs.NAMES))
+    for call in (contestant, reference):
+        for name in dask.RESULTS:
+            np.load(folder / f"{name}.npy", mmap_mode="r+")[:] = 0.0
+        call()
+        for name, u in expected._asdict().items():
+            np.testing.assert_array_equal(np.load(folder / f"{name}.npy"), u)
+    return contestant, reference, 1

@@ -1,0 +1,62 @@
+"""A ball state against what one would use instead, and against other states: what the library promises of it."""
+
+from __future__ import annotations
+
+import statistics
+
+import duels
+import pytest
+from cases import contacts, disks, settled_gas
+from contestants import entered, pymunk
+
+import collide
+
+from . import best_spell, hold
+
+
+def times_as_fast(ratios):
+    return 1 / statistics.median(ratios)
+
+
+@pytest.mark.parametrize(("rival", "bound"), [("SciPy's cKDTree.query_pairs", 10), ("matscipy's neighbour_list", 5)])
+@pytest.mark.parametrize("periodic", [False, True], ids=["open", "periodic"])
+@pytest.mark.parametrize("n", [100_000, 1_000_000])
+def test_find(n, periodic, rival, bound):
+    what = f"contacts of {n:,} disks, {'periodic' if periodic else 'open'}, as fast as {rival}"
+    hold(what, *duels.search(rival, n, periodic), 9, times_as_fast, least=bound)
+
+
+def a_ball(what, one, other):
+    """A ball of the one state takes at most three times as long as a ball of the other."""
+
+    def search(x, y, radius, side):
+        return lambda: collide.find_contacts(x, y, radius, box=(side, side))
+
+    def times_as_long(ratios):
+        return other[0].size / one[0].size / statistics.median(ratios)
+
+    hold(what, search(*one), search(*other), 1, 15, times_as_long, most=3)
+
+
+def test_a_ball_among_a_million():
+    a_ball("a ball among 10^6, as long as one among 10^4", disks(1_000_000), disks(10_000))
+
+
+@pytest.mark.parametrize("n", [100_000, 1_000_000])
+def test_sizes_of_1_to_20(n):
+    a_ball(f"a ball among {n:,} of sizes 1 to 20, as long as among equal ones", disks(n, mixed=True), disks(n))
+
+
+@pytest.mark.parametrize("order", ["cell order", "random order"])
+def test_resolve(order):
+    i, j, x, y = contacts(order)
+    what = f"{i.size:,} contacts in {order}, as fast as a loop without checks"
+    hold(what, *duels.resolution(i, j, x, y), 15, statistics.median, least=0.5)
+
+
+def test_gas():
+    """8 was aimed for; on one host runs of the same code gave 6.8 to 9.2."""
+    position, v, side = settled_gas(10_000)
+    space = entered("pymunk", pymunk.gas, position, v, side, 2)
+    what = "a step of a gas of 10,000 disks, as fast as pymunk on 2 threads"
+    hold(what, *duels.gas_step(position, v, side, space), 60, best_spell(60), least=6)

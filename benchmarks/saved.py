@@ -1,0 +1,57 @@
+"""What a run saved, as pytest-benchmark's JSON: the entries of batches, and the names that all have for their cases.
+
+Every contestant was timed in rounds interleaved with collide's. What counts as its rate is that ratio times the rate of
+collide in a measurement of its own, so that a slow minute of the machine moves all figures of a column alike.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+FORMS = {"line": "on a line", "plane": "in the plane", "polar": "polar form", "impact": "time of impact"}
+COLLISIONS = ("line", "plane", "polar")
+# Name in the data: name in the table, name in the pictures, colour, marker.
+CONTESTANTS = {
+    "bytes only": ("the memory limit: the same bytes, nothing computed", "the memory limit", "#8b949e", ""),
+    "collide": ("collide", "collide", "#e5534b", "o"),
+    "prange": ("Numba prange (polar: libm)", "Numba prange", "#4493f8", "s"),
+    "prange, same formula": ("Numba prange, collide's own formula", "prange, collide's formula", "#1f9e89", "D"),
+    "C": ("C: cc -O3 -march=native -fopenmp", "C with OpenMP", "#b083f0", "^"),
+    "Taichi": ("Taichi", "Taichi", "#d4a72c", "v"),
+    "numexpr": ("numexpr", "numexpr", "#57ab5a", "P"),
+    "JAX": ("JAX", "JAX", "#e275ad", "X"),
+    "NumPy": ("NumPy", "NumPy", "#f0883e", "*"),
+    "pymunk": ("pymunk, one step of an engine", "pymunk, one step", "#a5734f", "h"),
+}
+LARGE = 10_000_000
+
+
+class Entry(NamedTuple):
+    """One contestant in one case: its pairs a second, and how many times as fast as it collide is."""
+
+    rate: float
+    ratio: float
+
+
+Key = tuple[str, int, int, str]  # form, pairs, threads, contestant
+
+
+def entries(data: dict[str, Any]) -> dict[Key, Entry]:
+    batches = [b for b in data["benchmarks"] if "contestant" in b["extra_info"]]
+    own: dict[Any, float] = {}
+    for b in batches:
+        info = b["extra_info"]
+        if info["contestant"] == "collide":
+            own[info["form"], info["n"], info["threads"]] = info["n"] / b["stats"]["median"]
+    found = {}
+    for b in batches:
+        info = b["extra_info"]
+        case = info["form"], info["n"], info["threads"]
+        ratio = 1.0 if info["contestant"] == "collide" else 1 / info["as fast as the reference"]
+        found[(*case, info["contestant"])] = Entry(own[case] / ratio, ratio)
+    return found
+
+
+def number(x: float) -> str:
+    """Three figures at most, and no exponent."""
+    return f"{x:.0f}" if x >= 100 else f"{x:.1f}" if x >= 10 else f"{x:.2f}"
