@@ -10,21 +10,22 @@
     collide.arrow, collide.dask              Arrow tables and Dask arrays; imported when they are asked for
     python -m collide                        files of any size, and a demo
 
-Behind these doors is a room each, whose __init__.py says what it is for:
+Behind these doors is a room each, whose __init__.py says what it is for and what to change where:
 
-    _system      threads, locks, how much memory there is, a start that may be interrupted
-    _compile     all that knows Numba and LLVM: options, kernels and their cache, lanes, loads and stores
-    _formulas    what the formulas of scalar.py stand on: exact sums and products, sine and cosine
-    _pairs       batches: the forms and their loop, the checks of arguments, the execution of a call
+    _formulas    the formulas: a collision in any number of dimensions, the time of impact, exact sums, sine and cosine
+    _pairs       batches: the table of forms, their loop, the checks of arguments, the execution of a call
     _contacts    ball states: grids, the search for contacts, their resolution in order
     _tables      columns by name, files of every format block by block, conservation
     _cli         the demo and its memory limit
+    _compile     all that knows Numba and LLVM: options, kernels and their cache, lanes, loads and stores
+    _system      all that differs by operating system: threads, locks, forks, memory, whose files are whose
 
 The way of a call of `resolve_2d`: batch.py hands its arguments to _pairs/execution.py, which takes arrays as they lie
-or passes them through blocks, and has _pairs/arguments.py say what is wrong with others. The kernel comes from the
-form, in _pairs/forms.py; _compile/kernel.py compiles it or finds it on disk. _system/threads.py cuts a large batch into
-shares. In each share _pairs/loop.py loads lanes, calls the formula of scalar.py on them, looks for invalid pairs and
-stores the results. errors.py says which rule the first invalid pair breaks.
+or passes them through blocks, and has _pairs/arguments.py say what is wrong with others. The kernel is that of the
+form in _pairs/forms.py, which says what the columns are in the terms of _formulas/collision.py; _compile/kernel.py
+compiles it or finds it on disk. _system/threads.py cuts a large batch into shares. In each share _pairs/loop.py loads
+lanes of pairs, calls the formula on them, looks for invalid pairs and stores the results. errors.py says which rule the
+first invalid pair breaks.
 """
 
 import sys

@@ -126,3 +126,48 @@ def test_other_platforms_are_refused(other):
     code = f"import sys; {other}; import collide"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
     assert "ImportError: collide needs a 64-bit, little-endian platform" in run.stderr
+
+
+# What of Numba and llvmlite no documentation promises: where a new version breaks the package, it is one of these.
+PRIVATE = {
+    "llvmlite.ir",
+    "numba.core.caching.NullCache",
+    "numba.core.cgutils",
+    "numba.core.compiler.CompileResult",
+    "numba.core.compiler_lock.global_compiler_lock",
+    "numba.core.config",
+    "numba.core.serialize.dumps",
+    "numba.core.typing.templates.AbstractTemplate",
+    "numba.core.typing.templates.infer_global",
+    "numba.core.typing.templates.signature",
+}
+PRIVATE_ATTRIBUTES = {"_cache", "_rebuild", "_reduce", "_search_new_conversions"}
+PUBLIC = {
+    "llvmlite",
+    "numba",
+    "numba.extending.lower_builtin",
+    "numba.extending.models",
+    "numba.extending.overload",
+    "numba.extending.register_jitable",
+    "numba.extending.register_model",
+    "numba.from_dtype",
+    "numba.types",
+}
+
+
+def test_private_interfaces_of_numba_are_used_in_one_room_only():
+    used, attributes = {}, {}
+    for path in MODULES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = []
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and node.level == 0:
+                names = [f"{node.module}.{alias.name}" for alias in node.names]
+            for name in names:
+                if name.split(".")[0] in ("numba", "llvmlite") and name not in PUBLIC:
+                    used.setdefault(name, set()).add(path.parent.name)
+            if path.parent.name == "_compile" and isinstance(node, ast.Attribute) and re.match("_[a-z]", node.attr):
+                attributes.setdefault(node.attr, set()).add(ast.unparse(node.value))
+    assert used == {name: {"_compile"} for name in PRIVATE}
+    assert {name for name, owners in attributes.items() if owners != {"self"}} == PRIVATE_ATTRIBUTES

@@ -1,1 +1,11 @@
-"""All that knows Numba and LLVM: options and kernels, their cache, the lanes type, its operations, loads and stores."""
+"""All that knows Numba and LLVM, their private interfaces above all: a new Numba is this folder's work.
+
+options.py        the one place where compile options are decided
+kernel.py         a kernel: one signature, compiled at its first call, by a thread of its own
+cache.py          compiled kernels on disk
+lanes.py          the type of several numbers that move together, and what looks across them
+elementwise.py    what formulas use beyond operators
+components.py     what is done to each component of vectors
+memory.py         lanes in and out of memory
+gather.py         what the search for contacts loads and stores
+"""

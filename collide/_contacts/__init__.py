@@ -1,1 +1,8 @@
-"""A ball state: the grid, the search for what touches, and contacts resolved in their order."""
+"""Ball states: which balls touch, and what they do to each other.
+
+search.py       the search as a whole
+layout.py       how fine its grids are, and how large
+torus.py        where a place of the plane is on a grid
+grid.py         the kernels: balls sorted into a grid, and compared with those around them
+in_order.py     contacts resolved one after another
+"""

@@ -1,1 +1,9 @@
-"""What differs by operating system: threads and locks, forks, memory, whose files are whose, an orderly start."""
+"""All that differs by operating system: who ports the library begins here.
+
+threads.py      a range of pairs on a pool of threads
+locks.py        locks whose wait cannot be interrupted
+forks.py        what is to be done where a process forks
+memory.py       how much there is, and a piece that is used again
+ownership.py    whose a file is, and who else can write it
+starting.py     a start that may be interrupted
+"""
