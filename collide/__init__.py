@@ -33,7 +33,7 @@ import sys
 if sys.byteorder != "little" or sys.maxsize < 2**63 - 1:
     raise ImportError("collide needs a 64-bit, little-endian platform: its kernels look at the bits of a float64")
 
-from ._system.starting import interruptible
+from ._system.signals import interruptible
 
 with interruptible():
     from . import scalar

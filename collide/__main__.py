@@ -11,13 +11,12 @@ import contextlib
 import importlib.util
 import os
 import re
-import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ._system.starting import interruptible
+from ._system.signals import ending, interruptible
 
 with interruptible():
     from ._pairs.forms import COLLISIONS
@@ -49,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(options: argparse.Namespace) -> int:
     """The exit status."""
     try:
-        with _ending():
+        with ending():
             options.run(options)
     except UsageError as error:
         return _fail(error, 2)
@@ -60,21 +59,6 @@ def _run(options: argparse.Namespace) -> int:
     except OSError as error:
         return _fail(f"{options.output}: {os.strerror(error.errno) if error.errno else error}", 1)
     return 0
-
-
-@contextlib.contextmanager
-def _ending() -> Iterator[None]:
-    """Where a termination, too, removes the temporary file, and a terminal that is closed."""
-    before = {}
-    try:
-        for number in (signal.SIGTERM, signal.SIGHUP):
-            if signal.getsignal(number) == signal.SIG_DFL:
-                with contextlib.suppress(ValueError):  # not the main thread
-                    before[number] = signal.signal(number, lambda number, _: sys.exit(128 + number))
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _fail(message: object, status: int) -> int:
@@ -97,7 +81,7 @@ def _parser() -> argparse.ArgumentParser:
         f"{_KNOWN}; OUTPUT is the same. All but .npz may be larger than memory.",
         epilog=f"The names of the columns choose the form. {columns}. A column restitution is optional.",
     )
-    one.set_defaults(run=resolve)
+    one.set_defaults(run=resolve_file)
     one.add_argument("input", metavar="INPUT", type=Path)
     one.add_argument("-o", "--output", metavar="OUTPUT", type=Path, required=True)
     one.add_argument("--overwrite", action="store_true", help="replace OUTPUT if it is there")
@@ -135,7 +119,7 @@ def _demonstrate(options: argparse.Namespace) -> None:
         raise
 
 
-def resolve(options: argparse.Namespace) -> None:
+def resolve_file(options: argparse.Namespace) -> None:
     """Resolves the pairs of one file into another, which appears whole or not at all."""
     kind = _kind(options.input)
     target = _checked(options.input, options.output, kind, options.overwrite)
@@ -151,7 +135,7 @@ def resolve(options: argparse.Namespace) -> None:
         except ValueError as error:
             raise UsageError(error) from None
         with _bar(options.quiet) as progress:
-            report = stream.resolve(source, target, options.overwrite, columns, how, progress)
+            report = stream.run(source, target, options.overwrite, columns, how, progress)
     if not options.quiet:
         _say(_sentence(report))
 

@@ -58,7 +58,7 @@ def resolve(
     start, errors = 0, []
     for batch in batches or [no_rows(data.schema, chosen)]:
         arrays = to_numpy(batch, chosen, start)
-        _, outputs, error = by_name.resolve(chosen, arrays, options)
+        _, outputs, error = by_name.results_of(chosen, arrays, options)
         for pieces, u in zip(results, outputs, strict=True):
             pieces.append(pa.array(u))
         if error:

@@ -103,7 +103,7 @@ def resolve_1d(
     Velocities1D(u1=array([-3., -6.]), u2=array([1., 2.]))
     """
     inputs = m1, m2, v1, v2, restitution
-    return Velocities1D(*execution.resolve(FORM_1D, inputs, approaching_only, invalid, out))
+    return Velocities1D(*execution.call(FORM_1D, inputs, approaching_only, invalid, out))
 
 
 @_shared(
@@ -140,7 +140,7 @@ def resolve_2d(
     Velocities2D(u1x=array([1.]), u1y=array([-1.]), u2x=array([1.]), u2y=array([1.]))
     """
     inputs = m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution
-    return Velocities2D(*execution.resolve(FORM_2D, inputs, approaching_only, invalid, out))
+    return Velocities2D(*execution.call(FORM_2D, inputs, approaching_only, invalid, out))
 
 
 @_shared(
@@ -180,7 +180,7 @@ def resolve_polar(
     array([1.])
     """
     inputs = m1, m2, v1, theta1, v2, theta2, phi, restitution
-    return Velocities2D(*execution.resolve(FORM_POLAR, inputs, approaching_only, invalid, out))
+    return Velocities2D(*execution.call(FORM_POLAR, inputs, approaching_only, invalid, out))
 
 
 @_shared(
@@ -215,7 +215,7 @@ def impulse_2d(
     array([4., 6.])
     """
     inputs = m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution
-    return execution.resolve(IMPULSE, inputs, approaching_only, invalid, _one(out))[0]
+    return execution.call(IMPULSE, inputs, approaching_only, invalid, _one(out))[0]
 
 
 def time_of_impact(
@@ -258,7 +258,7 @@ def time_of_impact(
     >>> collide.time_of_impact([5.0, 5.0], 0.0, [-1.0, 1.0], 0.0, 2.0)
     array([ 3., inf])
     """
-    return execution.resolve(IMPACT, (dx, dy, dvx, dvy, distance), False, invalid, _one(out))[0]
+    return execution.call(IMPACT, (dx, dy, dvx, dvy, distance), False, invalid, _one(out))[0]
 
 
 def _one(out: Any) -> Any:

@@ -546,7 +546,7 @@ def test_signal_handlers_are_put_back(ours, ending, source, target, monkeypatch)
         return stream.Report(Conservation(), 0)
 
     write(source, LINE)
-    monkeypatch.setattr(stream, "resolve", end)
+    monkeypatch.setattr(stream, "run", end)
     before = [signal.signal(number, ours) for number in (signal.SIGTERM, signal.SIGHUP)]
     try:
         if code is None:

@@ -20,6 +20,7 @@ from tables import (
     write,
 )
 
+from collide._system import renaming
 from collide._tables import replacement
 
 
@@ -53,7 +54,7 @@ def test_an_output_survives_an_error_in_the_last_block(paths):
 def test_without_the_systems_exchange_a_folder_is_replaced_in_steps(tmp_path, monkeypatch):
     write(tmp_path / "a", LINE)
     write(tmp_path / "b", {"old": LINE["m1"]})
-    monkeypatch.setattr(replacement.ctypes, "CDLL", lambda name, **options: object())
+    monkeypatch.setattr(renaming.ctypes, "CDLL", lambda name, **options: object())
     assert resolve(tmp_path / "a", tmp_path / "b", "--overwrite") == 0
     assert set(read(tmp_path / "b")) == {*LINE, "u1", "u2"}
     assert sorted(tmp_path.iterdir()) == [tmp_path / "a", tmp_path / "b"]
@@ -62,7 +63,7 @@ def test_without_the_systems_exchange_a_folder_is_replaced_in_steps(tmp_path, mo
 def test_a_folder_that_cannot_be_replaced_comes_back(tmp_path, monkeypatch, capsys):
     write(tmp_path / "a", LINE)
     write(tmp_path / "b", {"old": LINE["m1"]})
-    monkeypatch.setattr(replacement.ctypes, "CDLL", lambda name, **options: object())
+    monkeypatch.setattr(renaming.ctypes, "CDLL", lambda name, **options: object())
     rename, calls = Path.rename, []
 
     def failing(self, target):
@@ -311,24 +312,20 @@ def test_an_input_in_the_output(how, overwrite, tmp_path, capsys):
 
 def when_all_is_written(monkeypatch, action):
     """And has not its name yet."""
-    sync, done = replacement._sync, []
+    sync, done = renaming.sync, []
 
     def syncing(path):
         if not done:
             done.append(action())
         sync(path)
 
-    monkeypatch.setattr(replacement, "_sync", syncing)
+    monkeypatch.setattr(renaming, "sync", syncing)
 
 
 SYSTEMS = {
     "this system": lambda monkeypatch: None,
-    "no renameat2": lambda monkeypatch: monkeypatch.setattr(
-        replacement.ctypes, "CDLL", lambda name, **options: object()
-    ),
-    "no such renameat2": lambda monkeypatch: monkeypatch.setattr(
-        replacement, "_renameat2", lambda one, other, how: False
-    ),
+    "no renameat2": lambda monkeypatch: monkeypatch.setattr(renaming.ctypes, "CDLL", lambda name, **options: object()),
+    "no such renameat2": lambda monkeypatch: monkeypatch.setattr(renaming, "_renameat2", lambda one, other, how: False),
 }
 
 

@@ -13,8 +13,8 @@ import collide
 PACKAGE = Path(collide.__file__).parent
 # Each module imports from earlier lines only.
 ORDER = """
-    _typing
-    _system.starting  _system.locks  _system.forks  _system.ownership  _tables.replacement
+    _typing  _system.signals  _system.locks  _system.forks  _system.ownership  _system.renaming
+    _system.memory  _tables.replacement
     _compile.cache
     _compile.options
     _compile.kernel
@@ -26,7 +26,7 @@ ORDER = """
     _formulas.collision
     scalar
     _pairs.loop
-    _pairs.forms  errors  _system.threads  _system.memory  _pairs.arguments
+    _pairs.forms  errors  _system.threads  _pairs.arguments
     _pairs.results  _pairs.blocks
     _cli.limit  _pairs.execution  _contacts.torus
     _contacts.grid

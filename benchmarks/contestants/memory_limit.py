@@ -9,10 +9,10 @@ from __future__ import annotations
 from cases import Call, Case
 
 from collide._cli.limit import LIMITS
-from collide._pairs.execution import resolve
+from collide._pairs.execution import call
 
 
 def batch(case: Case) -> Call:
     form = LIMITS[{"line": "1d", "plane": "2d"}.get(case.form, case.form)]
     columns = case.columns if case.form == "impact" else (*case.columns, 1.0)
-    return lambda: resolve(form, columns, False, "raise", case.out)
+    return lambda: call(form, columns, False, "raise", case.out)

@@ -67,7 +67,7 @@ def _compare(
     """Prints how the batch function does against the NumPy expression and the memory limit."""
     n, bytes_only = out[0].size, LIMITS[form.name]
     contestants: dict[str, Callable[[], Any]] = {
-        "limit": lambda: execution.resolve(bytes_only, (*columns, 1.0), False, "raise", out),
+        "limit": lambda: execution.call(bytes_only, (*columns, 1.0), False, "raise", out),
         "NumPy": lambda: in_numpy(*columns),
         "collide": lambda: resolve(*columns, out=out),
     }

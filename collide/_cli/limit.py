@@ -8,11 +8,11 @@ from __future__ import annotations
 from typing import Any
 
 from .._compile.components import each
-from .._compile.lanes import LINE
 from .._compile.memory import is_usual, lead, load, store
 from .._compile.options import formula
 from .._pairs.forms import FORMS, Form, batch_kernels
 from .._pairs.loop import STREAM_BYTES
+from .._system.memory import CACHE_LINE
 
 
 @formula
@@ -24,7 +24,7 @@ def _first(x: Any, y: Any) -> Any:
 def _move(
     columns: Any, outputs: Any, scalars: Any, start: int, stop: int, approaching: bool, nan: bool
 ) -> tuple[int, int]:
-    width = LINE // outputs[0].itemsize
+    width = CACHE_LINE // outputs[0].itemsize
     head = lead(outputs, start)
     streaming = head >= 0 and outputs[0].nbytes >= STREAM_BYTES
     usual = is_usual(columns)

@@ -21,8 +21,6 @@ from numba.extending import lower_builtin, models, register_model
 
 from .options import compiles, intrinsic
 
-LINE = 64  # bytes: one cache line, which a streaming store has to fill
-
 F64, I64, I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 
 

@@ -13,7 +13,8 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 
-from .lanes import F64, I32, LINE, Lanes, constant, lanes_below, out_of_line, splat
+from .._system.memory import CACHE_LINE
+from .lanes import F64, I32, Lanes, constant, lanes_below, out_of_line, splat
 from .options import formula, intrinsic, rare
 
 _SUFFIX = {"double": "f64", "float": "f32", "i32": "i32", "i64": "i64"}
@@ -21,7 +22,7 @@ _SUFFIX = {"double": "f64", "float": "f32", "i32": "i32", "i64": "i64"}
 
 def lanes_of(dtype: Any) -> Lanes:
     """The lanes that one step over storage of this dtype moves."""
-    return Lanes(LINE * 8 // dtype.bitwidth)
+    return Lanes(CACHE_LINE * 8 // dtype.bitwidth)
 
 
 def _vector_pointer(context: Any, builder: Any, array_type: Any, array: Any, k: Any) -> tuple[Any, Any]:
@@ -131,7 +132,7 @@ def store(typingctx: Any, outputs: Any, k: Any, n: Any, values: Any, streaming: 
             with whole, b.if_else(streaming) as (stream, plain):
                 with stream:
                     for value, address, _ in targets:
-                        instruction = b.store(value, address, align=LINE)
+                        instruction = b.store(value, address, align=CACHE_LINE)
                         hint = b.module.add_metadata([ir.Constant(I32, 1)])
                         instruction.set_metadata("nontemporal", hint)
                 with plain:
@@ -150,13 +151,13 @@ def store(typingctx: Any, outputs: Any, k: Any, n: Any, values: Any, streaming: 
 def lead(outputs: Any, start: int) -> Any:
     """Pairs from `start` to the first cache line boundary of the outputs; -1 where the outputs do not agree on one."""
     item = outputs[0].itemsize
-    offset = (outputs[0].ctypes.data + start * item) % LINE
+    offset = (outputs[0].ctypes.data + start * item) % CACHE_LINE
     for u in outputs:
-        if (u.ctypes.data + start * item) % LINE != offset:
+        if (u.ctypes.data + start * item) % CACHE_LINE != offset:
             return -1
     if offset % item != 0:
         return -1
-    return (LINE - offset) % LINE // item
+    return (CACHE_LINE - offset) % CACHE_LINE // item
 
 
 @rare

@@ -12,7 +12,6 @@ from functools import partial
 import numpy as np
 
 from .._compile.gather import WINDOW
-from .._compile.lanes import LINE
 from .._system import memory, threads
 from .._typing import Array
 from .grid import ARRANGE, BALL, BLOCK, CHUNK, LIST, PLACE, RULE, SAMPLE, SEARCH, SPREAD
@@ -45,7 +44,7 @@ def contacts(
 
     grids, which, n_slots = lay_out(levels_of(radius, least, rule, n), bounds[:2], box, margin, sample)
     n_noted = -(-n // BLOCK) * BLOCK
-    scratch = memory.Scratch(n * (3 * 8 + 3 * 4) + n_noted * BALL.itemsize + n_slots * 4 + 16 * LINE)
+    scratch = memory.Scratch(n * (3 * 8 + 3 * 4) + n_noted * BALL.itemsize + n_slots * 4 + 16 * memory.CACHE_LINE)
     unsorted = scratch.take(n_noted, BALL)
     order = _by_slot(balls, rule, which, grids, n_slots, unsorted, scratch)
     # The notes lie where the unsorted balls lay.

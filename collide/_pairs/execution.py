@@ -52,7 +52,7 @@ class Tally(NamedTuple):
 Batch = tuple[list[Array], Array, int, tuple[int, ...], np.dtype[Any]]
 
 
-def resolve(form: Form, inputs: tuple[Any, ...], approaching_only: Any, invalid: Any, out: Any) -> Sequence[Any]:
+def call(form: Form, inputs: tuple[Any, ...], approaching_only: Any, invalid: Any, out: Any) -> Sequence[Any]:
     """The outputs of a call, scalars where all inputs are scalars."""
     outputs, error = attempt(form, inputs, approaching_only, invalid, out)
     if error and invalid == "raise":

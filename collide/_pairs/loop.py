@@ -7,9 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._compile.lanes import LINE, any_lane, count, doubt, fill, first, get, leading, out_of_line, select_each
+from .._compile.lanes import any_lane, count, doubt, fill, first, get, leading, out_of_line, select_each
 from .._compile.memory import is_usual, lead, load, overlap, store
 from .._compile.options import formula, rare
+from .._system.memory import CACHE_LINE
 
 # Outputs of this many bytes each and more will have left the caches before anybody reads them: they stream past.
 STREAM_BYTES = 1 << 21
@@ -48,7 +49,7 @@ def loop(
     relation = overlap(columns, outputs)
     if relation < 0:
         return REFUSED, -1
-    width = LINE // outputs[0].itemsize
+    width = CACHE_LINE // outputs[0].itemsize
     head = lead(outputs, start)
     # In place the lines are in the cache already, and a streaming store would throw them out first.
     streaming = head >= 0 and outputs[0].nbytes >= STREAM_BYTES and relation == 0

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .._compile.lanes import LINE
+from .._system.memory import CACHE_LINE
 from .._typing import Array
 from .loop import STREAM_BYTES
 
@@ -30,8 +30,8 @@ def fresh(count: int, shape: tuple[int, ...], dtype: np.dtype[Any], inputs: Sequ
     like = next((address(a) for a in inputs if a is not None and a.size and a.dtype == dtype), 0)
     outputs = []
     for _ in range(count):
-        raw = np.empty(size + LINE, np.uint8)
-        start = (like - address(raw)) % LINE // item * item
+        raw = np.empty(size + CACHE_LINE, np.uint8)
+        start = (like - address(raw)) % CACHE_LINE // item * item
         outputs.append(raw[start : start + size].view(dtype).reshape(shape))
     return outputs
 

@@ -5,5 +5,6 @@ locks.py        locks whose wait cannot be interrupted
 forks.py        what is to be done where a process forks
 memory.py       how much there is, and a piece that is used again
 ownership.py    whose a file is, and who else can write it
-starting.py     a start that may be interrupted
+renaming.py     names that change in one step
+signals.py      a start that may be interrupted, an end that cleans up
 """

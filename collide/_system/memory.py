@@ -12,6 +12,8 @@ import numpy as np
 
 from .._typing import Array
 
+CACHE_LINE = 64  # bytes: what a streaming store has to fill
+
 
 @functools.cache
 def installed() -> int:
@@ -31,7 +33,6 @@ def free() -> int:
     return installed()
 
 
-_LINE = 64  # bytes of a cache line
 _LARGEST_SPARE = 1 << 24  # bytes
 _spare: list[Array] = []  # one piece at most; taken and left without a lock, as a list's own steps are whole
 
@@ -49,12 +50,12 @@ class Scratch:
             self._memory = _spare.pop()
         if self._memory.size < size:
             self._memory = np.empty(size, np.uint8)
-        self._at = -self._memory.ctypes.data % _LINE
+        self._at = -self._memory.ctypes.data % CACHE_LINE
 
     def take(self, n: int, dtype: Any) -> Array:
         size = n * np.dtype(dtype).itemsize
         array: Array = self._memory[self._at : self._at + size].view(dtype)
-        self._at += -(-size // _LINE) * _LINE
+        self._at += -(-size // CACHE_LINE) * CACHE_LINE
         return array
 
     def leave(self) -> None:

@@ -115,7 +115,7 @@ def _n_own(form: str, names: Sequence[str], called: Mapping[str, str]) -> int:
     return sum(called.get(c, c) in names for c in COLLISIONS[form].columns if c not in others)
 
 
-def resolve(
+def results_of(
     columns: Columns, arrays: Mapping[str, Array], options: Options
 ) -> tuple[tuple[Any, ...], Sequence[Array], InvalidPairError | None]:
     """The inputs of the form in order, the results, and what tells of invalid pairs, if there are any."""

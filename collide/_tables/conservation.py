@@ -13,15 +13,16 @@ from numba import types
 
 from .._compile.components import each, halves
 from .._compile.kernel import Kernel, spread
-from .._compile.lanes import LINE, count, fill, get, leading, select_each
+from .._compile.lanes import count, fill, get, leading, select_each
 from .._compile.memory import is_usual, load
 from .._compile.options import formula
 from .._formulas.exact import two_product, two_sum
 from .._pairs.arguments import as_array
 from .._pairs.forms import COLLISIONS, Form
+from .._system.memory import CACHE_LINE
 from .._typing import Array
 
-_WIDTH = LINE // 8
+_WIDTH = CACHE_LINE // 8
 # The sums along an axis, those of changes in two parts.
 _MOMENTUM, _ENERGY, _SIZE_OF_MOMENTUM, _SIZE_OF_ENERGY, _N_SUMS = slice(0, 2), slice(2, 4), 4, 5, 6
 _MOST = 1e290  # of a pair's energy: a million million of them are still a number

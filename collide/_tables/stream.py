@@ -68,7 +68,7 @@ class Report(NamedTuple):
     n_invalid: int
 
 
-def resolve(
+def run(
     source: Source,
     target: Path,
     overwrite: bool,
@@ -77,13 +77,13 @@ def resolve(
     progress: Callable[[int, int | None], Any],
 ) -> Report:
     """Resolves the pairs of one file into another; tells `progress` of each block's rows, and of all, when known."""
-    _, like, _ = by_name.resolve(columns, source.select(columns), options)
+    _, like, _ = by_name.results_of(columns, source.select(columns), options)
     outputs = dict(zip(columns.outputs, map(np.asarray, like), strict=True))
     conservation = Conservation()
 
     def results() -> Iterator[tuple[Block, Sequence[Array], int]]:
         for block in ahead(source.blocks()):
-            inputs, after, error = by_name.resolve(columns, block.arrays, options)
+            inputs, after, error = by_name.results_of(columns, block.arrays, options)
             if error and options.invalid == "raise":
                 others = f" ({error.count} invalid pairs up to row {block.start + block.n_rows - 1})"
                 row = block.start + (error.index[0] if error.index else 0)

@@ -1,8 +1,9 @@
-"""Ctrl-C while the command line is still importing: one line and status 130, as later on.
+"""What signals do to the command line. Where the package is a library, this changes nothing.
 
-An exception would not do: what imports may swallow it, or make another of it, and Python shows where it came from. So
-the process ends at once, which loses nothing: nothing has been done yet. What comes before the package's first line,
-some 20 ms in which Python itself starts, is Python's. Where the package is a library, this changes nothing.
+Ctrl-C while it is still importing gives one line and status 130, as later on. An exception would not do: what imports
+may swallow it, or make another of it, and Python shows where it came from. So the process ends at once, which loses
+nothing: nothing has been done yet. What comes before the package's first line, some 20 ms in which Python itself
+starts, is Python's.
 """
 
 from __future__ import annotations
@@ -49,3 +50,18 @@ def _end(number: int, frame: object) -> NoReturn:
         os.write(2, b"collide: interrupted\n")
     finally:
         os._exit(128 + number)
+
+
+@contextlib.contextmanager
+def ending() -> Iterator[None]:
+    """Where a termination, too, removes the temporary file, and a terminal that is closed."""
+    before = {}
+    try:
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) == signal.SIG_DFL:
+                with contextlib.suppress(ValueError):  # not the main thread
+                    before[number] = signal.signal(number, lambda number, _: sys.exit(128 + number))
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
