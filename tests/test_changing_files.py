@@ -25,7 +25,7 @@ from collide.__main__ import main
 
 source, target = map(Path, sys.argv[1:3])
 stream.ROWS, arrow_files.BLOCK_BYTES, csv_files._TEXT_BYTES = 300, 1 << 15, 1 << 14
-resolve = stream.by_name.resolve
+resolve = stream.by_name.results_of
 file = source / "v1.npy" if source.is_dir() else source
 content = file.read_bytes()
 shutil.copyfile(file, source.with_name("spare"))
@@ -50,7 +50,7 @@ def run(block, change, n):
         return resolve(*arguments)
 
     file.write_bytes(content)
-    stream.by_name.resolve = resolving
+    stream.by_name.results_of = resolving
     said = io.StringIO()
     with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
         status = main(["resolve", str(source), "-o", str(target)])

@@ -124,7 +124,7 @@ from collide.__main__ import main
 
 stream.ROWS = 300
 csv_files._TEXT_BYTES = 1 << 14
-resolve = stream.by_name.resolve
+resolve = stream.by_name.results_of
 calls = []
 
 def slow(*arguments):
@@ -134,7 +134,7 @@ def slow(*arguments):
         time.sleep(60 if sys.argv.pop() == "kill" else 3)
     return resolve(*arguments)
 
-stream.by_name.resolve = slow
+stream.by_name.results_of = slow
 sys.exit(main(sys.argv[1:-1]))
 """
 
