@@ -38,7 +38,7 @@ def find_contacts(
     box: tuple[float, float] | None = None,
     margin: float = 0.0,
 ) -> Contacts:
-    """All pairs of balls that touch or share_memory, or are nearer than that by a margin.
+    """All pairs of balls that touch or overlap, or are nearer than that by a margin.
 
         (x_j - x_i)^2 + (y_j - y_i)^2 <= (r_i + r_j + margin)^2        in float64, as written
 
@@ -132,7 +132,7 @@ def resolve_contacts(
     >>> vx
     array([0., 0., 1.])
     """
-    nan, given = gives_nan(invalid, FORM_2D.rules), (i, j)
+    nan, given = gives_nan(invalid, FORM_2D.invalid), (i, j)
     i, j = _numbers("i", i), _numbers("j", j)
     _check_length("j", j, "i", i.size)
     x, y = _columns(x, y)

@@ -151,7 +151,7 @@ def _lazily(form: str, inputs: Sequence[Any], approaching_only: Any, invalid: An
     none = {**values, **{name: np.empty(0, array.dtype) for name, array in arrays.items()}}
     like, _ = execution.attempt(FORMS[form], tuple(none.values()), approaching_only, invalid, None)
     dtype = like[0].dtype
-    if not arrays:  # one of the numbers is the array, of its own dtype: a number that decides on the result's, if any
+    if not arrays:  # one number becomes an array: a NumPy scalar, if there is one, as that counts for the dtype
         name = next((name for name, value in values.items() if type(value) not in arguments.WEAK), columns[0])
         arrays = {name: da.asarray(arguments.as_array(name, values[name]))}
     values.update(zip(arrays, da.broadcast_arrays(*arrays.values()), strict=True))

@@ -26,7 +26,7 @@ class InvalidPairError(ValueError):
 
 
 def reason(pair: Mapping[str, float]) -> str:
-    """Which rule an invalid pair breaks, its arguments given by name; the order is that of the arguments.
+    """The first rule that an invalid pair breaks, in words; `pair` has its values by column.
 
     The kernels decide which pairs are invalid; test_invalid.py holds that the two agree.
     """

@@ -1,4 +1,4 @@
-"""The formulas of the two-ball collision, each written once, for ONE pair.
+"""The functions for ONE pair; their formulas are in _formulas/.
 
 Every function runs as plain Python on floats and NumPy arrays, compiles inside anyone's `@njit` code, and is what the
 batch functions run. Masses m1 and m2, velocities v before and u after, e the coefficient of restitution.
@@ -39,7 +39,7 @@ def resolve_1d(m1: Any, m2: Any, v1: Any, v2: Any, restitution: Any = 1.0) -> tu
     (np.float64(-3.0), np.float64(1.0))
     """
     u1, u2, _, _ = collision(*on_a_line(m1, m2, v1, v2, restitution))
-    return u1 + u2  # type: ignore[no-any-return]
+    return (*u1, *u2)
 
 
 @formula
@@ -60,7 +60,7 @@ def resolve_2d(
     -2.0
     """
     u1, u2, _, _ = collision(*in_the_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution))
-    return u1 + u2  # type: ignore[no-any-return]
+    return (*u1, *u2)
 
 
 @formula
@@ -77,7 +77,7 @@ def resolve_polar(
     [1.0, -1.0, 1.0, 1.0]
     """
     u1, u2, _, _ = collision(*in_polar_form(m1, m2, v1, theta1, v2, theta2, phi, restitution))
-    return u1 + u2  # type: ignore[no-any-return]
+    return (*u1, *u2)
 
 
 @formula

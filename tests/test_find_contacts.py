@@ -169,8 +169,8 @@ def test_no_more_contacts_than_there_is_memory_for(monkeypatch):
 
 def test_one_radius_for_all_is_one_level():
     for size in (0.0, 1.0):
-        rule = np.array([(size, 0.0, 0.0, 0.0)], _grid.RULE)
-        assert len(_search.levels_of(np.full(1, size), size, rule, 10**6)) == 1
+        common = np.array([(size, 0.0, 0.0, 0.0)], _grid.COMMON)
+        assert len(_search.levels_of(np.full(1, size), size, common, 10**6)) == 1
 
 
 def test_distances_whose_squares_underflow():

@@ -19,7 +19,7 @@ from collide._system import threads as _threads
 pytestmark = pytest.mark.usefixtures("keep_threads")
 
 SIZE = 300_000  # enough for more than seven threads
-PARALLEL = 3 * _threads._PAIRS_A_SHARE  # the least that three threads share
+PARALLEL = 3 * _threads._LEAST_SHARE  # the least that three threads share
 
 
 @functools.cache
@@ -317,7 +317,7 @@ def test_an_interrupt_withdraws_what_nobody_has_begun():
         time.sleep(0.2)
 
     with pytest.raises(KeyboardInterrupt):
-        _threads.run(task, 8 * _threads._PAIRS_A_SHARE)
+        _threads.run(task, 8 * _threads._LEAST_SHARE)
     assert len(ran) == 1
 
 
@@ -375,7 +375,7 @@ from collide._system import threads as _threads
 
 def right():
     together = threading.Barrier(2)
-    return len(_threads.run(lambda start, stop: together.wait(timeout=10), 2 * _threads._PAIRS_A_SHARE)) == 2
+    return len(_threads.run(lambda start, stop: together.wait(timeout=10), 2 * _threads._LEAST_SHARE)) == 2
 
 print(right(), child())
 """

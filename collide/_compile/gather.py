@@ -1,4 +1,4 @@
-"""What the search for contacts loads, stores and asks for out of order."""
+"""Loads and stores of the search for contacts, and the prefetch of in_order.py."""
 
 from __future__ import annotations
 

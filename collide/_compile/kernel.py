@@ -138,8 +138,8 @@ def _introduce(dispatcher: Any, signature: Any) -> None:
 _STACK = 1 << 23  # bytes that Numba and LLVM may need; a program may have asked for smaller threads
 _under_way: dict[int, Kernel] = {}  # what threads make, by the thread
 _makers: list[locks.Lock] = []  # of the threads that have made kernels, each held until it is done
-# The interpreter must not go from under the compiler, however often it is told to. Registered after Numba's own, this
-# comes first.
+# At exit the interpreter waits for threads that compile. What is registered last runs first, so this comes before
+# Numba's own; `_makers` is read then.
 atexit.register(locks.waiting(_makers))
 
 # A child forked in the middle of a compilation would wait for a thread that it does not have. So the fork waits.

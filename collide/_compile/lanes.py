@@ -185,7 +185,8 @@ def all_finite(typingctx: Any, values: Any, outputs: Any) -> Any:
 def doubt(typingctx: Any, change: Any, outputs: Any, signs: Any) -> Any:
     """Lane by lane, whether a change is too large for velocities to stay finite in the outputs, or a sign bit is set.
 
-    The quick look before the exact one, an integer comparison of the change under the union of the signs. The limit: a
+    The quick check before the exact one: the change gets the OR of all signs as its own, so that one comparison of
+    unsigned integers finds a large change and any sign bit. The limit: a
     finite velocity v is at most M = 2**1024 - 2**970, in float32 2**128 - 2**104, and v + a n is finite as long as
     |a n| is below half of M's last place, 2**970 or 2**103. As |n| < 2**35, |a| < 2**930 will do for float64, with 5
     powers to spare for rounding; and for float32 2**65, with 3. The change given is j1 + j2: of masses that are not

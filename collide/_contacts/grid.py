@@ -1,10 +1,10 @@
-"""The cell grid behind find_contacts: balls sorted by cell, then each ball against those in the cells around it.
+"""The kernels behind find_contacts: balls sorted by cell, then each ball against those in the cells around it.
 
-Each binade of sizes has a grid of its own, cells as wide as two of its largest balls reach, or as its balls lie apart;
-a ball looks into its own grid and into all finer ones. In a row of cells the balls lie side by side, so three cells are
-one range, of which lanes take several balls at a time. A grid is a torus (torus.py): one that would need many more
-cells than it has balls has fewer slots, and a ball in the far distance shares a slot with others, which costs a
-comparison. A periodic box is a torus anyway.
+Balls within a factor of two in size share a grid, with cells as wide as two of its largest balls reach, or as its balls
+lie apart where they are sparse; a ball looks into its own grid and into all finer ones. In a row of cells the balls lie
+side by side, so three cells are one range, of which lanes take several balls at a time. A grid is a torus (torus.py):
+one that would need many more cells than it has balls has fewer slots, and a ball in the far distance shares a slot with
+others, which costs a comparison. A periodic box is a torus anyway.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ GRID = np.dtype(
     [(name, "f8") for name in ("per_x", "per_y", "x0", "y0", "columns", "rows", "twist", "radius")] + [("slot", "i8")]
 )
 # What holds for all balls: the largest radius, the margin of what counts as touching, the sides of the box or 0 and 0.
-RULE = np.dtype([(name, "f8") for name in ("largest", "margin", "lx", "ly")])
+COMMON = np.dtype([(name, "f8") for name in ("largest", "margin", "lx", "ly")])
 BALL = np.dtype([("x", "f8"), ("y", "f8"), ("radius", "f8"), ("index", "i4"), ("slot", "i4")])
 
 
 @formula
 def _level(radius: Any, largest: Any, margin: Any) -> int:
-    """How often the size of a ball, half the margin included, fits twice into the largest."""
+    """How many powers of two the size of a ball, half the margin included, is below the largest: 0 above half of it."""
     size, bound, level = radius + 0.5 * margin, 0.5 * (largest + 0.5 * margin), 0
     while size <= bound and level < LEVELS - 1:
         level += 1
@@ -45,18 +45,18 @@ def _level(radius: Any, largest: Any, margin: Any) -> int:
     return level
 
 
-def _survey(radius, rule, balls, reach, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+def _survey(radius, common, balls, reach, start, stop):  # type: ignore[no-untyped-def]  # compiled only
     """How many balls there are on each level, and the largest radius."""
-    largest, margin = rule[0].largest, rule[0].margin
+    largest, margin = common[0].largest, common[0].margin
     for k in range(start, stop):
         level = _level(radius[k], largest, margin)
         balls[level] += 1
         reach[level] = max(reach[level], radius[k])
 
 
-def _sample(x, y, radius, rule, level, share, xs, ys, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+def _sample(x, y, radius, common, level, chance, xs, ys, start, stop):  # type: ignore[no-untyped-def]  # compiled only
     """Positions of a random share of the balls of a level, as far as there is room; returns how many."""
-    largest, margin, lx, ly = rule[0].largest, rule[0].margin, rule[0].lx, rule[0].ly
+    largest, margin, lx, ly = common[0].largest, common[0].margin, common[0].lx, common[0].ly
     n = 0
     for k in range(start, stop):
         # Chance decides on each ball. To take every tenth, say, would not do: where the balls are in the order of their
@@ -64,16 +64,16 @@ def _sample(x, y, radius, rule, level, share, xs, ys, start, stop):  # type: ign
         z = (np.uint64(k) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
         z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
         z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        picked = (z >> np.uint64(11)) * 2.0**-53 < share and n < xs.size
+        picked = (z >> np.uint64(11)) * 2.0**-53 < chance and n < xs.size
         if picked and (radius.size == 1 or _level(radius[k], largest, margin) == level):
             xs[n], ys[n] = wrap(x[k], lx), wrap(y[k], ly)
             n += 1
     return n
 
 
-def _place(x, y, radius, rule, which, grids, shift, slots, counts, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+def _place(x, y, radius, common, which, grids, shift, slots, counts, start, stop):  # type: ignore[no-untyped-def]  # compiled only
     """The slot of each ball, marked as `_slot` says, and how many balls of each chunk fall into each bucket."""
-    largest, margin, lx, ly = rule[0].largest, rule[0].margin, rule[0].lx, rule[0].ly
+    largest, margin, lx, ly = common[0].largest, common[0].margin, common[0].lx, common[0].ly
     g = -1
     for chunk in range(start // CHUNK, (stop - 1) // CHUNK + 1):
         tally = counts[chunk]
@@ -99,9 +99,9 @@ def _slot(mark: Any) -> Any:
     return mark ^ (mark >> 31)
 
 
-def _spread(x, y, radius, rule, slots, shift, offsets, balls, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+def _spread(x, y, radius, common, slots, shift, offsets, balls, start, stop):  # type: ignore[no-untyped-def]  # compiled only
     """Balls into their buckets, in the order of their numbers."""
-    lx, ly = rule[0].lx, rule[0].ly
+    lx, ly = common[0].lx, common[0].ly
     each = 1 if radius.size > 1 else 0
     for chunk in range(start // CHUNK, (stop - 1) // CHUNK + 1):
         at = offsets[chunk]
@@ -113,37 +113,37 @@ def _spread(x, y, radius, rule, slots, shift, offsets, balls, start, stop):  # t
             ball.index, ball.slot = k, slots[k]
 
 
-def _arrange(balls, buckets, shift, ends, x, y, radius, index, slots, start, stop):  # type: ignore[no-untyped-def]  # compiled only
-    """The balls of the buckets that hold the slots start to stop, by slot: those of slot s end at ends[s + 1]."""
+def _arrange(balls, buckets, shift, starts, x, y, radius, index, slots, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+    """Sorts the balls of the buckets that hold slots start to stop: those of slot s are starts[s] : starts[s + 1]."""
     for bucket in range(start >> shift, ((stop - 1) >> shift) + 1):
-        lowest, highest = bucket << shift, min((bucket + 1) << shift, ends.size - 1)
+        lowest, highest = bucket << shift, min((bucket + 1) << shift, starts.size - 1)
         for s in range(lowest, highest):
-            ends[s + 1] = 0
+            starts[s + 1] = 0
         for k in range(buckets[bucket], buckets[bucket + 1]):
-            ends[_slot(balls[k].slot) + 1] += 1
+            starts[_slot(balls[k].slot) + 1] += 1
         at = buckets[bucket]
         for s in range(lowest, highest):
-            at, ends[s + 1] = at + ends[s + 1], at
+            at, starts[s + 1] = at + starts[s + 1], at
         # First where each goes: to move the balls themselves at once, into five arrays, took a fifth longer.
         for k in range(buckets[bucket], buckets[bucket + 1]):
             s = _slot(balls[k].slot)
-            index[ends[s + 1]] = k
-            ends[s + 1] += 1
+            index[starts[s + 1]] = k
+            starts[s + 1] += 1
         for p in range(buckets[bucket], buckets[bucket + 1]):
             ball = balls[index[p]]
             x[p], y[p], radius[p], index[p], slots[p] = ball.x, ball.y, ball.radius, ball.index, ball.slot
 
 
-def _search(x, y, radius, index, slots, ends, grids, rule, most, totals, first, second, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+def _search(x, y, radius, index, slots, starts, grids, common, most, totals, noted_i, noted_j, start, stop):  # type: ignore[no-untyped-def]  # compiled only
     """Counts the contacts of each block of balls and notes them, in so far as the block's part of the notes has room.
 
     Returns how many there are, or -1 where there are more than `most`.
     """
-    reach = rule[0].margin, rule[0].lx, rule[0].ly
+    limits = common[0].margin, common[0].lx, common[0].ly
     n_found = 0
     for block in range(start // BLOCK, (stop - 1) // BLOCK + 1):
         p, last, at = block * BLOCK, min((block + 1) * BLOCK, stop), block * ROOM
-        end = _walk((x, y, radius, index), reach, slots, ends, grids, p, last, (first, second), at, at + ROOM)
+        end = _walk((x, y, radius, index), limits, slots, starts, grids, p, last, (noted_i, noted_j), at, at + ROOM)
         totals[block + 1] = end - at
         n_found += end - at
         if n_found > most:
@@ -151,22 +151,22 @@ def _search(x, y, radius, index, slots, ends, grids, rule, most, totals, first, 
     return n_found
 
 
-def _list(x, y, radius, index, slots, ends, grids, rule, totals, first, second, i, j, start, stop):  # type: ignore[no-untyped-def]  # compiled only
+def _list(x, y, radius, index, slots, starts, grids, common, totals, noted_i, noted_j, i, j, start, stop):  # type: ignore[no-untyped-def]  # compiled only
     """The contacts of block b at totals[b] to totals[b + 1] of i and j: as noted, or where the room was short, anew."""
-    reach = rule[0].margin, rule[0].lx, rule[0].ly
+    limits = common[0].margin, common[0].lx, common[0].ly
     for block in range(start // BLOCK, (stop - 1) // BLOCK + 1):
         at, end, noted = totals[block], totals[block + 1], block * ROOM
         if end - at <= ROOM - WINDOW:
             for k in range(end - at):
-                i[at + k], j[at + k] = first[noted + k], second[noted + k]
+                i[at + k], j[at + k] = noted_i[noted + k], noted_j[noted + k]
         else:
             p, last = block * BLOCK, min((block + 1) * BLOCK, stop)
-            _walk((x, y, radius, index), reach, slots, ends, grids, p, last, (i, j), at, end + WINDOW)
+            _walk((x, y, radius, index), limits, slots, starts, grids, p, last, (i, j), at, end + WINDOW)
 
 
 @rare
 def _walk(
-    order: Any, rule: Any, slots: Any, ends: Any, grids: Any, p: Any, last: Any, pairs: Any, at: Any, room: Any
+    balls: Any, limits: Any, slots: Any, starts: Any, grids: Any, p: Any, last: Any, pairs: Any, at: Any, room: Any
 ) -> Any:
     """The contacts of the balls p to `last`, each with those after it in its own grid and with all in finer ones.
 
@@ -174,25 +174,25 @@ def _walk(
     """
     g = 0
     while p < last:
-        while g + 1 < grids.size and p >= ends[grids[g + 1].slot]:
+        while g + 1 < grids.size and p >= starts[grids[g + 1].slot]:
             g += 1
         grid, columns = grids[g], int(grids[g].columns)
-        end = last if g + 1 == grids.size else min(last, ends[grids[g + 1].slot])
+        end = last if g + 1 == grids.size else min(last, starts[grids[g + 1].slot])
         while p < end:
             s = slots[p]
             if s >= 0:  # off the border, where three cells of a row are one range
-                at = _look(order, rule, p, p + 1, ends[s + 2], pairs, at, room)
-                at = _look(order, rule, p, ends[s + columns - 1], ends[s + columns + 2], pairs, at, room)
+                at = _look(balls, limits, p, p + 1, starts[s + 2], pairs, at, room)
+                at = _look(balls, limits, p, starts[s + columns - 1], starts[s + columns + 2], pairs, at, room)
             else:
-                at = _around(order, rule, ends, grid, p, p + 1, pairs, at, room)
+                at = _around(balls, limits, starts, grid, p, p + 1, pairs, at, room)
             for finer in range(g + 1, grids.size):
-                at = _around(order, rule, ends, grids[finer], p, 0, pairs, at, room)
+                at = _around(balls, limits, starts, grids[finer], p, 0, pairs, at, room)
             p += 1
     return at
 
 
 @rare
-def _around(order: Any, rule: Any, ends: Any, grid: Any, p: Any, first: Any, pairs: Any, at: Any, room: Any) -> Any:
+def _around(balls: Any, limits: Any, starts: Any, grid: Any, p: Any, first: Any, pairs: Any, at: Any, room: Any) -> Any:
     """The contacts of ball p with those of a grid that are numbered `first` or above, wherever on the torus it is.
 
     They lie in a rectangle of cells around it. Each of its rows is one range of slots; or it is two where it passes the
@@ -202,8 +202,8 @@ def _around(order: Any, rule: Any, ends: Any, grid: Any, p: Any, first: Any, pai
         row         .  .  .  .  .  .  [=======]
         row + twist [====]  .  .  .  .  .  .  .
     """
-    x, y, radius, _ = order
-    reach = radius[p] + grid.radius + rule[0]
+    x, y, radius, _ = balls
+    reach = radius[p] + grid.radius + limits[0]
     cell_x, n_columns = span(x[p] * grid.per_x, reach * grid.per_x)
     cell_y, n_rows = span(y[p] * grid.per_y, reach * grid.per_y)
     cell_x, cell_y = column_and_row(cell_x - grid.x0, cell_y - grid.y0, grid.columns, grid.rows, grid.twist)
@@ -217,18 +217,18 @@ def _around(order: Any, rule: Any, ends: Any, grid: Any, p: Any, first: Any, pai
     for _ in range(int(min(n_rows, float(rows)))):
         if n_rest > 0:
             begin = grid.slot + (row + twist) % rows * columns
-            at = _look(order, rule, p, max(first, ends[begin]), ends[begin + n_rest], pairs, at, room)
+            at = _look(balls, limits, p, max(first, starts[begin]), starts[begin + n_rest], pairs, at, room)
         begin = grid.slot + row * columns + column
-        stop = ends[begin + int(n_columns) - max(n_rest, 0)]
-        at = _look(order, rule, p, max(first, ends[begin]), stop, pairs, at, room)
+        stop = starts[begin + int(n_columns) - max(n_rest, 0)]
+        at = _look(balls, limits, p, max(first, starts[begin]), stop, pairs, at, room)
         row = row + 1 if row + 1 < rows else 0
     return at
 
 
 @formula
-def _look(order: Any, rule: Any, p: Any, first: Any, stop: Any, pairs: Any, at: Any, room: Any) -> Any:
+def _look(balls: Any, limits: Any, p: Any, first: Any, stop: Any, pairs: Any, at: Any, room: Any) -> Any:
     """The contacts of ball p with the balls first to stop; see `_walk`."""
-    (x, y, radius, index), (margin, lx, ly), (i, j) = order, rule, pairs
+    (x, y, radius, index), (margin, lx, ly), (i, j) = balls, limits, pairs
     k = first
     while True:  # also where there are none: most often there are few, and not to ask costs less than a wrong guess
         dx, dy = abs(window(x, k) - x[p]), abs(window(y, k) - y[p])
@@ -255,13 +255,13 @@ def _array(element: Any, ndim: int = 1, readonly: bool = False) -> Any:
 
 _IN, _OUT, _NUMBER = _array(types.float64, readonly=True), _array(types.float64), types.float64
 _INT32, _INT64, _TABLE = _array(types.int32), _array(types.int64), _array(types.int64, 2)
-_RULE, _GRIDS, _BALLS = _array(from_dtype(RULE)), _array(from_dtype(GRID)), _array(from_dtype(BALL))
+_COMMON, _GRIDS, _BALLS = _array(from_dtype(COMMON)), _array(from_dtype(GRID)), _array(from_dtype(BALL))
 
-SURVEY = _kernel(_survey, types.void, _IN, _RULE, _INT64, _OUT)
-SAMPLE = _kernel(_sample, types.int64, _IN, _IN, _IN, _RULE, types.int64, _NUMBER, _OUT, _OUT)
-PLACE = _kernel(_place, types.void, _IN, _IN, _IN, _RULE, _INT64, _GRIDS, types.int64, _INT32, _TABLE)
-SPREAD = _kernel(_spread, types.void, _IN, _IN, _IN, _RULE, _INT32, types.int64, _TABLE, _BALLS)
+SURVEY = _kernel(_survey, types.void, _IN, _COMMON, _INT64, _OUT)
+SAMPLE = _kernel(_sample, types.int64, _IN, _IN, _IN, _COMMON, types.int64, _NUMBER, _OUT, _OUT)
+PLACE = _kernel(_place, types.void, _IN, _IN, _IN, _COMMON, _INT64, _GRIDS, types.int64, _INT32, _TABLE)
+SPREAD = _kernel(_spread, types.void, _IN, _IN, _IN, _COMMON, _INT32, types.int64, _TABLE, _BALLS)
 ARRANGE = _kernel(_arrange, types.void, _BALLS, _INT64, types.int64, _INT32, *[_OUT] * 3, _INT32, _INT32)
-_SORTED = (*[_OUT] * 3, *[_INT32] * 3, _GRIDS, _RULE)
+_SORTED = (*[_OUT] * 3, *[_INT32] * 3, _GRIDS, _COMMON)
 SEARCH = _kernel(_search, types.int64, *_SORTED, types.int64, _INT64, _INT32, _INT32)
 LIST = _kernel(_list, types.void, *_SORTED, _INT64, _INT32, _INT32, _INT64, _INT64)

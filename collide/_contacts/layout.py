@@ -37,15 +37,15 @@ class _Plan(NamedTuple):
     radius: float  # the largest
 
 
-def levels_of(radius: Array, least: float, rule: Array, n: int) -> list[Level]:
-    """The balls by their size, largest first, where they are not all of about one."""
-    largest, margin = float(rule["largest"][0]), float(rule["margin"][0])
+def levels_of(radius: Array, least: float, common: Array, n: int) -> list[Level]:
+    """The levels of size that hold balls, largest first; one if all are within about a factor of two."""
+    largest, margin = float(common["largest"][0]), float(common["margin"][0])
     if radius.size == 1 or least + 0.5 * margin > 0.5 * (largest + 0.5 * margin):
         return [Level(0, n, largest)]
 
     def survey(start: int, stop: int) -> tuple[Array, Array]:
         balls, radii = np.zeros(LEVELS, np.int64), np.zeros(LEVELS)
-        SURVEY.compiled(radius, rule, balls, radii, start, stop)
+        SURVEY.compiled(radius, common, balls, radii, start, stop)
         return balls, radii
 
     shares = threads.run(survey, n)
@@ -120,7 +120,7 @@ def _open(plan: _Plan, bounds: tuple[Bounds, Bounds], box: tuple[float, float]) 
     if columns * rows <= _CELLS_A_BALL * plan.balls + _FEW:
         low = (math.floor(pair[0] / cell) - 1.0 for pair in bounds)
         return 1.0 / cell, 1.0 / cell, *low, columns, rows, 0.0
-    # Few columns, and a turn around them ends somewhere else: then no line has all its balls in a few cells.
+    # Few columns, and a turn around them starts somewhere else: then no line has all its balls in a few cells.
     height = int(_CELLS_A_BALL / 2.0 * plan.balls / _FEW) | 1
     return 1.0 / cell, 1.0 / cell, 0.0, 0.0, float(_FEW), float(height), _twist(height)
 

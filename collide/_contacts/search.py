@@ -1,7 +1,8 @@
 """The search for contacts as a whole: grids laid out, balls sorted into them, contacts counted and then listed.
 
-Noted and counted first, so that nothing but the list itself grows with it. Every pass runs on all threads; the order of
-the list is that of the slots, and within a slot that of the balls' numbers, on any number of threads.
+Contacts are counted before they are listed, so that no memory but the list grows with it. Every pass runs on all
+threads; the order of the list is that of the slots, and within a slot that of the balls' numbers, on any number of
+threads.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from .._compile.gather import WINDOW
 from .._system import memory, threads
 from .._typing import Array
-from .grid import ARRANGE, BALL, BLOCK, CHUNK, LIST, PLACE, RULE, SAMPLE, SEARCH, SPREAD
+from .grid import ARRANGE, BALL, BLOCK, CHUNK, COMMON, LIST, PLACE, SAMPLE, SEARCH, SPREAD
 from .layout import Bounds, Level, lay_out, levels_of
 
 # A bucket is sorted in the cache: it has 2**13 slots, or more where there would be more than 2**10 buckets to fill.
@@ -34,55 +35,52 @@ def contacts(
     n, (least, largest) = x.size, bounds[2]
     if n < 2:
         return np.empty(0, np.intp), np.empty(0, np.intp)
-    balls, rule = (x, y, radius), np.array([(largest, margin, *box)], RULE)
+    balls, common = (x, y, radius), np.array([(largest, margin, *box)], COMMON)
 
     def sample(level: Level) -> tuple[Array, Array]:
         size = 4.0 * math.sqrt(level.balls) + 256.0
         xs, ys = np.empty((2, int(2.0 * size)))
-        found = SAMPLE.compiled(*balls, rule, level.number, size / level.balls, xs, ys, 0, n)
+        found = SAMPLE.compiled(*balls, common, level.number, size / level.balls, xs, ys, 0, n)
         return xs[:found], ys[:found]
 
-    grids, which, n_slots = lay_out(levels_of(radius, least, rule, n), bounds[:2], box, margin, sample)
+    grids, which, n_slots = lay_out(levels_of(radius, least, common, n), bounds[:2], box, margin, sample)
     n_noted = -(-n // BLOCK) * BLOCK
     scratch = memory.Scratch(n * (3 * 8 + 3 * 4) + n_noted * BALL.itemsize + n_slots * 4 + 16 * memory.CACHE_LINE)
     unsorted = scratch.take(n_noted, BALL)
-    order = _by_slot(balls, rule, which, grids, n_slots, unsorted, scratch)
+    order = _by_slot(balls, common, which, grids, n_slots, unsorted, scratch)
     # The notes lie where the unsorted balls lay.
-    pairs = _listed((*order, grids, rule), n, unsorted.view(np.int32).reshape(2, -1))
+    pairs = _listed((*order, grids, common), n, unsorted.view(np.int32).reshape(2, -1))
     scratch.leave()
     return pairs
 
 
 def _by_slot(
     balls: tuple[Array, Array, Array],
-    rule: Array,
+    common: Array,
     which: Array,
     grids: Array,
     n_slots: int,
     unsorted: Array,
     scratch: memory.Scratch,
 ) -> tuple[Array, ...]:
-    """x, y, radius, number and slot of the balls, sorted by slot, and where in these the balls of each slot end.
-
-    Those of slot s begin at ends[s].
-    """
+    """x, y, radius, number and slot of the balls, sorted by slot; those of slot s are starts[s] : starts[s + 1]."""
     n = balls[0].size
     shift = max(_BUCKET_BITS, n_slots.bit_length() - _BUCKETS_BITS)
     slots = scratch.take(n, np.int32)
     counts = np.zeros(((n - 1) // CHUNK + 1, (n_slots - 1 >> shift) + 1), np.int64)
-    threads.run(partial(PLACE.compiled, *balls, rule, which, grids, shift, slots, counts), n, CHUNK, _WORK)
+    threads.run(partial(PLACE.compiled, *balls, common, which, grids, shift, slots, counts), n, CHUNK, _WORK)
 
     # Bucket by bucket, and in a bucket chunk by chunk: so the balls keep their order.
     offsets = np.ascontiguousarray(np.cumsum(counts.T).reshape(counts.T.shape).T - counts)
     buckets = np.append(offsets[0], n)
-    threads.run(partial(SPREAD.compiled, *balls, rule, slots, shift, offsets, unsorted), n, CHUNK, _WORK)
+    threads.run(partial(SPREAD.compiled, *balls, common, slots, shift, offsets, unsorted), n, CHUNK, _WORK)
 
     x, y, radius = (scratch.take(n + WINDOW, np.float64) for _ in range(3))
-    index, ends = scratch.take(n + WINDOW, np.int32), scratch.take(n_slots + 1, np.int32)
-    ends[0] = 0
-    arrange = partial(ARRANGE.compiled, unsorted, buckets, shift, ends, x, y, radius, index, slots)
+    index, starts = scratch.take(n + WINDOW, np.int32), scratch.take(n_slots + 1, np.int32)
+    starts[0] = 0
+    arrange = partial(ARRANGE.compiled, unsorted, buckets, shift, starts, x, y, radius, index, slots)
     threads.run(arrange, n_slots, 1 << shift, max(1, _WORK * n // n_slots))
-    return x, y, radius, index, slots, ends
+    return x, y, radius, index, slots, starts
 
 
 def _listed(found_in: tuple[Array, ...], n: int, notes: Array) -> tuple[Array, Array]:

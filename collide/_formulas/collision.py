@@ -19,8 +19,8 @@ from .._compile.options import formula
 from .exact import dot, dot_in_two, fused
 from .sincos import sincos
 
-# A pair: m1, m2, v1, v2, n, and n.n as a sum of two and e. The second part of n.n is None where it is not worth
-# its price: n.n is 1 on a line, and beside angles, whose own rounding is more, it would cost 2 % and gain little.
+# Each gives what `collision` and `impulse` take: m1, m2, v1, v2, n, the high and the low part of n.n, e. The low part
+# is None where n.n is 1, and where its price is too high: beside angles, whose own rounding is more, it costs 2 %.
 
 
 @formula
@@ -57,8 +57,9 @@ def changes(
 ) -> tuple[Any, Any, Any]:
     """j1, j2 and about j1 + j2.
 
-    A first try, and what it leaves of (j1+j2) n.n = (1+e) (v1-v2).n, shared out in the same way: this takes away each
-    error that the two have in common, and one division does for both. tests/test_exact.py counts what remains.
+    A first approximation and one correction: what it leaves of (j1+j2) n.n = (1+e) (v1-v2).n is shared out by the same
+    weights, which takes away the errors that both have in common; and one division serves both. tests/test_exact.py
+    counts what remains.
     """
     m1, m2 = comparable(as_float64(m1), as_float64(m2))
     e = as_float64(e)

@@ -34,11 +34,12 @@ def two_product(x: Any, y: Any) -> Any:
 
 @formula
 def dot_in_two(x: Any, y: Any) -> Any:
-    """x.y as a sum of two: all that is lost is, in the plane, the rounding of the first."""
+    """x.y as a sum of two, for one or two components: only the rounding of the first is lost, on a line nothing."""
     if len(x) == 1:
         return two_product(x[0], y[0])
-    p, low = two_product(x[1], y[1])
-    return fused(x[0], y[0], p), low
+    (x0, x1), (y0, y1) = x, y
+    p, low = two_product(x1, y1)
+    return fused(x0, y0, p), low
 
 
 @formula
@@ -51,8 +52,9 @@ def dot(x: Any, y: Any) -> Any:
 @formula
 def two_dot(x: Any, y: Any) -> Any:
     """x.y in the plane to twice the precision, as a sum of two; where that cancels they may be of one size."""
-    p, e = two_product(x[0], y[0])
-    q, f = two_product(x[1], y[1])
+    (x0, x1), (y0, y1) = x, y
+    p, e = two_product(x0, y0)
+    q, f = two_product(x1, y1)
     s, t = two_sum(p, q)
     return s, t + (e + f)
 

@@ -15,10 +15,10 @@ from .exact import dot, two_dot, two_product, two_sum
 
 @formula
 def impact(d: Any, w: Any, reach: Any) -> tuple[Any, Any]:
-    """t = c / (sqrt(D) - d.w) with c = d.d - R^2 and D = R^2 w.w - (d x w)^2, in the plane; and whether all is well.
+    """t = c / (sqrt(D) - d.w) with c = d.d - R^2 and D = R^2 w.w - (d x w)^2, in the plane; and a size.
 
-    t is inf where they never meet, and NaN where that is later than a float64 can tell. The second number is small if
-    all numbers on the way are as they should be. A name ending in _low is the second part of a sum of two.
+    t is inf where they never meet, and NaN where that is later than a float64 can tell. The second number is for
+    `doubt`: small unless something overflowed or is NaN. A name ending in _low is the second part of a sum of two.
     """
     d, w, reach = each(as_float64, d), each(as_float64, w), as_float64(reach)
     # Lengths and velocities near 1, by powers of two: no product overflows, and few underflow.
@@ -40,8 +40,7 @@ def impact(d: Any, w: Any, reach: Any) -> tuple[Any, Any]:
     error = 2.0**-102 * rrww
     approaching = dw < 0.0
     t = c / select(approaching, square_root(select(discriminant > error, discriminant, 0.0)) - dw, 1.0)
-    # Back to the units of the arguments: t times speed / length, where 2/length is the power of two for a length that
-    # is one.
+    # Back to the units of the arguments: t speed / length. As length is a power of two, its inverse one is 2/length.
     speed, unit = select(approaching, speed, 1.0), inverse_power_of_two((length,))
     size, scaled = dw + c, t * (0.5 * speed * unit)
     large = scaled > 2.0**127  # what a float32 does not hold

@@ -1,7 +1,7 @@
 """A call: arguments as a kernel takes them, as they lie or block by block, on as many threads as they are worth.
 
-`attempt` is every batch function. It looks for the usual case first, arrays that a kernel takes as they are, and leaves
-all others, and all errors, to the general way.
+Every batch function ends in `attempt`. It looks for the usual case first, arrays that a kernel takes as they are, and
+leaves all others, and all errors, to the general way.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from .forms import Form
 from .loop import REFUSED
 from .results import address, all_ready, copy_to, fresh
 
-Options = tuple[bool, bool]  # approaching_only, and whether an invalid pair gets NaN
+Flags = tuple[bool, bool]  # approaching_only, and whether an invalid pair gets NaN
 
 _ndarray, _float64, _empty = np.ndarray, np.float64, np.empty  # looked up nine times a call
 _FLOAT64, _FLOAT32 = np.dtype(np.float64), np.dtype(np.float32)
 _NOTHING = {dtype: np.empty(0, dtype) for dtype in (_FLOAT64, _FLOAT32)}
 _BOOLS = bool, np.bool_
-# Up to here a copy is cheaper than thinking: about strides, and about what overlaps what.
+# Up to so many pairs a copy is cheaper than to find out about strides, and about what overlaps what.
 _SMALL = 1 << 12
 
 
@@ -47,8 +47,8 @@ class Tally(NamedTuple):
         return later._replace(first=offset + later.first)
 
 
-# The inputs of a call: an array for each column, an empty one where the number in the second stands for it; how many
-# pairs they are, of which shape, and the dtype of the result. No named tuple: to make one takes a twentieth of a call.
+# The inputs of a call: an array a column, which is empty where a number stands for it; those numbers; the number of
+# pairs; their shape; the dtype of the result. It is no named tuple, as to make one takes a twentieth of a call.
 Batch = tuple[list[Array], Array, int, tuple[int, ...], np.dtype[Any]]
 
 
@@ -66,9 +66,10 @@ def attempt(
     """The outputs of a call, and the error that tells of its invalid pairs, if there are any."""
     if approaching_only is not False and not isinstance(approaching_only, _BOOLS):
         raise TypeError(f"approaching_only = {reprlib.repr(approaching_only)}: must be True or False")
-    options = bool(approaching_only), gives_nan(invalid, form.rules)
+    options = bool(approaching_only), gives_nan(invalid, form.invalid)
     batch = _as_given(inputs)
-    outputs, tally = (batch and _usual(form, batch, out, options)) or _general(form, inputs, out, options)
+    done = _usual(form, batch, out, options) if batch else None
+    outputs, tally = done or _general(form, inputs, out, options)
     if tally is None:
         return outputs, None
     index = tuple(int(i) for i in np.unravel_index(tally.first, np.shape(outputs[0])))
@@ -115,7 +116,7 @@ def _as_given(inputs: tuple[Any, ...]) -> Batch | None:
     return columns, scalars, n, shape, dtype
 
 
-def _usual(form: Form, batch: Batch, out: Any, options: Options) -> tuple[Sequence[Any], Tally | None] | None:
+def _usual(form: Form, batch: Batch, out: Any, options: Flags) -> tuple[Sequence[Any], Tally | None] | None:
     """The outputs of inputs as they were given; None where `out` asks for the general way, or is at fault."""
     columns, scalars, n, shape, dtype = batch
     kernel = form.kernels[dtype].compiled
@@ -150,7 +151,7 @@ def _run(
     outputs: Sequence[Array],
     scalars: Array,
     n: int,
-    options: Options,
+    options: Flags,
 ) -> Tally | None:
     """The pairs of contiguous columns, on as many threads as they are worth; None where all are valid."""
     if not threads.is_shared(n):
@@ -172,7 +173,7 @@ def _in_all(tallies: list[Tally]) -> Tally | None:
     return tally if tally.n_invalid else None
 
 
-def _general(form: Form, inputs: tuple[Any, ...], out: Any, options: Options) -> tuple[Sequence[Any], Tally | None]:
+def _general(form: Form, inputs: tuple[Any, ...], out: Any, options: Flags) -> tuple[Sequence[Any], Tally | None]:
     """Everything else: other dtypes and layouts, more dimensions, outputs over inputs; and whatever is an error."""
     batch = _as_arrays(form.columns, inputs)
     columns, _, n, shape, dtype = batch
@@ -212,7 +213,7 @@ def _clash(columns: Sequence[Array], outputs: Sequence[Array]) -> bool:
 
 
 def _run_converted(
-    kernel: Callable[..., tuple[int, int]], batch: Batch, targets: Sequence[Array], options: Options
+    kernel: Callable[..., tuple[int, int]], batch: Batch, targets: Sequence[Array], options: Flags
 ) -> Tally | None:
     """What a kernel cannot read or write as it lies passes through blocks, in the cache; a small batch is copied."""
     given, scalars, n, shape, dtype = batch

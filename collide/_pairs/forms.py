@@ -2,6 +2,9 @@
 
 All that there is to say of a form is its entry in the table at the end. From it follow the kernels of both storages,
 the yardstick of the memory limit, the changes of momentum and energy, the columns of tables, Dask and the command line.
+What a new form needs beside it: how it states a pair, in _formulas/collision.py (three dimensions: a product of vectors
+in exact.py as well), its public functions in scalar.py, batch.py and dask.py, what errors.py says of its columns, and
+its name in the tests' lists.
 """
 
 from __future__ import annotations
@@ -29,7 +32,7 @@ class Form(NamedTuple):
     outputs: tuple[str, ...]
     step: Callable[..., Any]
     kernels: Mapping[np.dtype[Any], Kernel]  # by the dtype of what is stored
-    rules: Mapping[str, bool]  # for each `invalid` that it knows, whether an invalid pair gets NaN
+    invalid: Mapping[str, bool]  # the values of this option that it knows, and whether an invalid pair gets NaN
 
 
 def _colliding(pair: Callable[..., Any]) -> Callable[..., Any]:
@@ -39,7 +42,7 @@ def _colliding(pair: Callable[..., Any]) -> Callable[..., Any]:
     def step(values: Any) -> Step:
         m1, m2, v1, v2, n, square, low, e = pair(*values)
         u1, u2, closing, change = collision(m1, m2, v1, v2, n, square, low, e)
-        return Step(v1 + v2, u1 + u2, closing, change, (m1, m2, e), (square,))
+        return Step((*v1, *v2), (*u1, *u2), closing, change, (m1, m2, e), (square,))
 
     return step
 
@@ -53,7 +56,12 @@ def _impulse(values: Any) -> Step:
 
 @formula
 def obeys_rules(step: Any, results: Any, outputs: Any) -> Any:
-    """Two infinite masses pass: they give NaN where the pair collides, and may be skipped where it does not."""
+    """Lane by lane, whether a pair is valid.
+
+    It is asked only of steps that `doubt` picks out, and of all under approaching_only: a new rule must show in the
+    step's size or signs as well. Two infinite masses pass: they give NaN where the pair collides, and may be skipped
+    where it does not.
+    """
     m1, m2, e = step.signs
     (square,) = step.others
     masses = (m1 >= 0.0) & (m2 >= 0.0) & (m1 + m2 > 0.0)
@@ -64,12 +72,13 @@ def obeys_rules(step: Any, results: Any, outputs: Any) -> Any:
 def _impact(values: Any) -> Step:
     dx, dy, dvx, dvy, distance = values
     t, size = impact((dx, dy), (dvx, dvy), distance)
+    # t as closing speed: nobody asks for it, as a time of impact knows no approaching_only.
     return Step((t,), (t,), t, size, (distance,), (dx, dy, dvx, dvy))
 
 
 @formula
 def _obeys_rules_of_impact(step: Any, results: Any, outputs: Any) -> Any:
-    """A time that is infinite is good; one that is too large for the outputs is not, and NaN in float64's place."""
+    """An infinite time is valid: they never meet. One too large for the outputs is not; if for float64, it is NaN."""
     (distance,), (dx, dy, dvx, dvy) = step.signs, step.others
     finite = (abs(dx) < math.inf) & (abs(dy) < math.inf) & (abs(dvx) < math.inf) & (abs(dvy) < math.inf)
     told = (results[0] == math.inf) | all_finite(results, outputs)
@@ -88,7 +97,7 @@ def batch_kernels(body: Callable[..., Any], name: str, n_columns: int, n_outputs
     return kernels
 
 
-_RULES = {"raise": False, "keep": False, "nan": True}
+_INVALID = {"raise": False, "keep": False, "nan": True}
 
 
 def _form(
@@ -97,14 +106,14 @@ def _form(
     outputs: str,
     step: Callable[..., Any],
     rule: Callable[..., Any] = obeys_rules,
-    rules: Mapping[str, bool] = _RULES,
+    invalid: Mapping[str, bool] = _INVALID,
 ) -> Form:
     @formula
     def batch(columns: Any, outputs: Any, scalars: Any, start: int, stop: int, approaching: bool, nan: bool) -> Any:
         return loop(step, rule, columns, outputs, scalars, start, stop, approaching, nan)
 
     names, results = tuple(columns.split()), tuple(outputs.split())
-    return Form(name, names, results, step, batch_kernels(batch, name, len(names), len(results)), rules)
+    return Form(name, names, results, step, batch_kernels(batch, name, len(names), len(results)), invalid)
 
 
 _PLANE, _VECTORS = "m1 m2 v1x v1y v2x v2y nx ny restitution", "u1x u1y u2x u2y"

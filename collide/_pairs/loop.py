@@ -14,7 +14,8 @@ from .._system.memory import CACHE_LINE
 
 # Outputs of this many bytes each and more will have left the caches before anybody reads them: they stream past.
 STREAM_BYTES = 1 << 21
-# So many pairs are invalid where an output overlaps something otherwise than in place, and nothing is done.
+# Returned as the number of invalid pairs where an output overlaps an input otherwise than in place, or another output:
+# nothing has been written then.
 REFUSED = -1
 
 
@@ -53,7 +54,7 @@ def loop(
     head = lead(outputs, start)
     # In place the lines are in the cache already, and a streaming store would throw them out first.
     streaming = head >= 0 and outputs[0].nbytes >= STREAM_BYTES and relation == 0
-    # What comes from float32 arrays fits float32 outputs; a scalar may not. Then every step is looked at.
+    # A float32 column fits float32 outputs; a scalar, a float64, may not: then every step gets the exact check.
     beyond = _beyond(columns, outputs, scalars)
     usual = is_usual(columns)
     n_invalid, first_invalid = 0, -1
@@ -119,6 +120,7 @@ def _carefully(
 
 @rare
 def _beyond(columns: Any, outputs: Any, scalars: Any) -> bool:
+    """Whether a scalar, other than masses and restitution, is beyond the numbers of the outputs' dtype."""
     out_of_line()
     for c in range(2, len(columns) - 1):
         if columns[c].size == 0 and not abs(scalars[c]) <= np.finfo(outputs[0].dtype).max:

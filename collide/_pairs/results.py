@@ -18,7 +18,7 @@ _READY = 0x0001 | 0x0400
 
 
 def fresh(count: int, shape: tuple[int, ...], dtype: np.dtype[Any], inputs: Sequence[Array | None]) -> list[Array]:
-    """New outputs. Large ones lie to the cache lines as the first array of their kind among the inputs does.
+    """New outputs. Large ones get the offset from a cache line that the first input of this dtype has.
 
     Streaming stores need outputs that agree, and a step's loads are then whole lines as well: inputs at an odd 16
     bytes, NumPy's usual, under outputs on a line cost a sixth of the speed, a quarter in polar form.

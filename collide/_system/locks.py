@@ -1,7 +1,7 @@
 """Locks for which a thread can wait without being interrupted.
 
-An interrupt may come between any two steps of the interpreter, and every wait of Python's own ends with it: also the
-one by which a call that is interrupted would wait for its helpers, at a second interrupt. The locks below Python's, of
+An interrupt may come between any two steps of the interpreter, and every wait of Python's own ends with it. But a call
+that is interrupted has to wait for its helpers, whatever else comes. The locks below Python's, of
 its C interface, are waited for in one step that raises nothing. They are used again, never freed.
 """
 
@@ -49,7 +49,7 @@ def acquire_at_once(lock: Lock) -> bool:
 
 
 def waiting(locks: Iterable[Lock]) -> Callable[[], object]:
-    """What acquires them all when it is called, once, in a single step of the interpreter."""
+    """A callable, to be called once, that acquires all locks in one step of the interpreter."""
     return partial(deque(maxlen=0).extend, map(_wait, filterfalse(_try, locks)))
 
 

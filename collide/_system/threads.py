@@ -27,12 +27,13 @@ from .forks import at_fork
 
 Result = TypeVar("Result")
 
-# To wake a thread takes some 60 us on a virtual machine. A batch is therefore cut into more shares than threads: the
-# caller works on until the others are there, and whoever is slowed down takes fewer. But each share means taking the
-# GIL again, which beside a busy thread of pure Python can take 5 ms: not too many.
-_PAIRS_A_SHARE = 1 << 15
+# A large batch has _SHARES_A_THREAD shares a thread, a smaller one fewer, each of at least _LEAST_SHARE pairs. To wake
+# a thread takes some 60 us on a virtual machine: with more shares than threads the caller works on until the others
+# are there, and whoever is slowed down takes fewer. But each share means taking the GIL again, which beside a busy
+# thread of pure Python can take 5 ms: not too many.
+_LEAST_SHARE = 1 << 15
 _SHARES_A_THREAD = 4
-# Invitations that may wait for workers; those to calls that have ended are empty.
+# At most so many invitations wait for workers. To accept one whose call has ended does nothing.
 _UNREAD = 256
 # Shares begin at multiples of this, so that all of them start on a cache line if the first does.
 _GRAIN = 64
@@ -40,7 +41,7 @@ _GRAIN = 64
 _local = threading.local()
 _num_threads: int | None = None
 _workers: list[object] = []
-_invitations: SimpleQueue[_Invitation | None] = SimpleQueue()  # None: to look around
+_invitations: SimpleQueue[_Invitation | None] = SimpleQueue()  # None: see whether you are still needed
 
 
 def get_num_threads() -> int:
@@ -84,7 +85,7 @@ def set_num_threads(n: int) -> None:
 
 def is_shared(n: int) -> bool:
     """Whether n pairs are worth more than the caller's thread."""
-    return n >= 2 * _PAIRS_A_SHARE and get_num_threads() > 1 and not getattr(_local, "alone", False)
+    return n >= 2 * _LEAST_SHARE and get_num_threads() > 1 and not getattr(_local, "alone", False)
 
 
 @contextlib.contextmanager
@@ -106,13 +107,13 @@ def run(task: Callable[[int, int], Result], n: int, grain: int = _GRAIN, work: i
     if not is_shared(n * work):
         return [task(0, n)]
     threads = get_num_threads()
-    count = min(n * work // _PAIRS_A_SHARE, _SHARES_A_THREAD * threads)
+    count = min(n * work // _LEAST_SHARE, _SHARES_A_THREAD * threads)
     cuts = [n * i // count // grain * grain for i in range(count)] + [n]
     shares = [_Share(task, start, stop) for start, stop in itertools.pairwise(cuts)]
     todo = deque(shares)
     invitations = [_Invitation(todo) for _ in range(min(threads, count) - 1)]
     # However often the call is interrupted, no thread may go on writing into its arrays when it has ended. Each of
-    # these is one step, and the interpreter looks for interrupts after a step: so it comes to both, from wherever.
+    # these is one step of the interpreter, made ready before: an interrupt comes before or after it, and both are run.
     withdraw, wait = todo.clear, locks.waiting([i.lock for i in invitations])
     try:
         try:
@@ -181,7 +182,7 @@ class _Invitation:
                 except BaseException as error:
                     share.error = error
         finally:
-            self.leave()  # first: with the lock the caller is awake, and waits for the GIL
+            self.leave()  # before the release, which wakes the caller, who would wait for the GIL
             locks.release(self.lock)
         return None
 

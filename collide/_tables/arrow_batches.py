@@ -1,4 +1,4 @@
-"""The columns that collide, out of what Arrow has in memory."""
+"""The argument columns, out of what Arrow has in memory."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from .by_name import ColumnTypeError, TableError
 
 
 def no_rows(schema: Any, columns: by_name.Columns) -> Any:
-    """A table of the columns that collide. Of others, pyarrow cannot make an empty one of every type."""
+    """A table of the argument columns. Of others, pyarrow cannot make an empty one of every type."""
     return pa.schema([schema.field(name) for name in columns.inputs.values()]).empty_table()
 
 
 def to_numpy(batch: Any, columns: by_name.Columns, start: int) -> dict[str, Array]:
-    """The columns that collide, by their arguments, without a copy. `start`: the number of the batch's first row."""
+    """The argument columns, by their arguments' names, without a copy. `start`: the number of the batch's first row."""
     arrays = {}
     for argument, name in columns.inputs.items():
         column = batch.column(name)

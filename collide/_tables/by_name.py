@@ -48,7 +48,7 @@ def options(restitution: Any, approaching_only: bool, invalid: str) -> Options:
     """These options, the restitution checked and as a float; the functions that take the others check them."""
     if restitution is not None:
         is_number = isinstance(restitution, numbers.Real) and not isinstance(restitution, bool)
-        if not (is_number and 0.0 <= restitution < 1e308):
+        if not (is_number and 0.0 <= restitution < 1e308):  # below what float() cannot hold, as 10**400
             raise ValueError(f"restitution = {reprlib.repr(restitution)}: must be None or a finite number >= 0")
         restitution = float(restitution)
     return Options(restitution, approaching_only, invalid)

@@ -42,8 +42,8 @@ def _moved(momentum: Any, energy: Any, m: Any, v: Any) -> Any:
 
 @formula
 def _changed(sums: Any, m1: Any, m2: Any, v1: Any, v2: Any, u1: Any, u2: Any) -> Any:
-    """Adds what is there after the collision along one axis, takes off what was there before, and what that is to be
-    measured by: the sums of m |v| and of m v v.
+    """Adds momentum and energy after, along one axis, subtracts those before, and adds m|v| and m v v to the sizes that
+    the changes are relative to.
     """
     momentum, energy, size, size_of_energy = sums
     momentum, energy = _moved(momentum, energy, m1, u1)

@@ -30,7 +30,7 @@ _UNREADABLE = (
 
 
 class Archive(Source):
-    """An .npz file. It is one block, with columns of any shape beside those that collide."""
+    """An .npz file. It is one block, with columns of any shape beside those of the arguments."""
 
     def __init__(self, path: Path) -> None:
         name = ""
@@ -176,7 +176,7 @@ def _chunks(name: str, file: IO[bytes]) -> Iterator[bytes]:
     check_size(file.fileno(), n_bytes, f"column {name}")
 
 
-# By the version of the format. In the third, names of fields are of another encoding: no column that collides has any.
+# By the version of the format. In the third, names of fields are of another encoding: no argument column has any.
 _READ_HEADER = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
@@ -223,7 +223,7 @@ class _Column:
 
 
 def _n_rows(columns: Columns, arrays: Mapping[str, Array]) -> int | None:
-    """Of the columns that collide, which have to be of equal length, or single numbers; None if all are."""
+    """The length of the argument columns, which has to be one, or they are single numbers; None if all are."""
     length, first = None, ""
     for argument, column in arrays.items():
         name = columns.inputs[argument]

@@ -15,8 +15,8 @@ from .._system import renaming
 def output(path: Path, is_folder: bool, overwrite: bool) -> Iterator[Path]:
     """A new file or folder, of .npy files, that becomes `path` when all is written, and vanishes on any error.
 
-    Unless it is to be overwritten, nothing that is at `path` by then is replaced. A folder is only if it is one of .npy
-    files by then: else it stays.
+    Unless it is to be overwritten, nothing that is at `path` by then is replaced. A folder is replaced only if it holds
+    nothing but .npy files then; else it stays, and that is an error.
     """
     prefix = f".{path.name[:40]}."
     if is_folder:
@@ -63,7 +63,7 @@ def _remove(folder: Path) -> None:
 
 
 def _replace_folder(temporary: Path, path: Path) -> None:
-    """What is in the old one is seen once nobody else knows its name, and can fill it: it may have to return."""
+    """What the old one holds is looked at after the exchange, when nobody else can add to it; it may have to return."""
     renaming.exchange(temporary, path)
     if not columns_only(temporary):
         renaming.exchange(temporary, path)

@@ -30,7 +30,7 @@ class Block(NamedTuple):
 
     start: int  # the number of the first
     n_rows: int
-    arrays: dict[str, Array]  # the columns that collide, by their arguments
+    arrays: dict[str, Array]  # the argument columns, by the names of the arguments
     rest: Any  # what the sink has to know of it
 
 
