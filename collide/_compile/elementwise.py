@@ -13,7 +13,7 @@ import numpy as np
 from numba import types
 from numba.core import cgutils
 
-from .lanes import I64, Lanes, Mask, call_llvm, constant, splat, vector_type
+from .lanes import I64, Lanes, Mask, call_llvm, constant, in_every_lane, splat, truth_of, vector_type
 from .options import compiles, intrinsic
 
 _INFINITY = 0x7FF << 52  # the bits of infinity, and of every float64's exponent
@@ -36,11 +36,7 @@ def _blend(typingctx: Any, mask: Any, x: Any, y: Any) -> Any:
     lanes = Lanes(mask.width)
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        values = (
-            v if isinstance(t, Lanes) else splat(builder, v, mask.width)
-            for t, v in zip(sig.args[1:], args[1:], strict=True)
-        )
-        return builder.select(args[0], *values)
+        return builder.select(args[0], *in_every_lane(builder, Lanes, sig.args[1:], args[1:], mask.width))
 
     return lanes(mask, *(v if isinstance(v, Lanes) else types.float64 for v in (x, y))), codegen
 
@@ -94,7 +90,7 @@ def _outside(typingctx: Any, x: Any, k: Any) -> Any:
         above = b.sub(b.bitcast(args[0], integer), constant(integer, smallest))
         return b.icmp_unsigned(">=", above, constant(integer, largest - smallest))
 
-    return (Mask(x.width) if isinstance(x, Lanes) else types.boolean)(x, k), codegen
+    return truth_of(x)(x, k), codegen
 
 
 def inverse_power_of_two(xs: tuple[Any, ...]) -> Any:
@@ -133,10 +129,7 @@ def fma(typingctx: Any, x: Any, y: Any, z: Any) -> Any:
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         if isinstance(kind, Lanes):
-            args = [
-                v if isinstance(t, Lanes) else splat(builder, v, kind.width)
-                for t, v in zip(sig.args, args, strict=True)
-            ]
+            args = in_every_lane(builder, Lanes, sig.args, args, kind.width)
         return call_llvm(builder, "fma", *args)
 
     return kind(*(v if isinstance(v, Lanes) else types.float64 for v in (x, y, z))), codegen
@@ -158,7 +151,7 @@ def differ_above(typingctx: Any, x: Any, y: Any, z: Any, like: Any, bit: Any) ->
         union = b.and_(functools.reduce(b.or_, differences), constant(integer, -(1 << bit.literal_value)))
         return b.icmp_unsigned("!=", union, constant(integer, 0))
 
-    return (Mask(x.width) if isinstance(x, Lanes) else types.boolean)(x, y, z, like, bit), codegen
+    return truth_of(x)(x, y, z, like, bit), codegen
 
 
 @intrinsic
@@ -170,7 +163,7 @@ def lowest_bit(typingctx: Any, x: Any) -> Any:
         last = b.and_(b.bitcast(args[0], integer), constant(integer, 1))
         return b.icmp_unsigned("!=", last, constant(integer, 0))
 
-    return (Mask(x.width) if isinstance(x, Lanes) else types.boolean)(x), codegen
+    return truth_of(x)(x), codegen
 
 
 @intrinsic

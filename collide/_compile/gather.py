@@ -9,7 +9,7 @@ from numba import types
 from numba.core import cgutils
 
 from .lanes import F64, I32, I64, Lanes, lanes_below, splat
-from .memory import masked_move
+from .memory import masked_move, pointer
 from .options import intrinsic
 
 # Three cells of a row seldom hold more balls than these: with eight, the search for contacts took a third longer.
@@ -22,9 +22,7 @@ def window(typingctx: Any, array: Any, k: Any) -> Any:
     lanes = Lanes(WINDOW)
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        data = context.make_array(array)(context, b, args[0]).data
-        vector = ir.VectorType(F64, WINDOW)
-        return b.load(b.bitcast(b.gep(data, [args[1]], inbounds=True), vector.as_pointer()), align=8)
+        return b.load(pointer(context, b, array, args[0], args[1], ir.VectorType(F64, WINDOW)), align=8)
 
     return lanes(array, types.int64), codegen
 
@@ -47,8 +45,7 @@ def put_pairs(typingctx: Any, i: Any, j: Any, at: Any, index: Any, p: Any, k: An
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         def element(array: int, k: Any, kind: Any) -> Any:
-            data = context.make_array(sig.args[array])(context, b, args[array]).data
-            return b.bitcast(b.gep(data, [k], inbounds=True), kind.as_pointer())
+            return pointer(context, b, sig.args[array], args[array], k, kind)
 
         one = splat(b, b.load(element(3, args[4], I32)), WINDOW)
         other = b.load(element(3, args[5], narrow), align=4)
@@ -73,8 +70,7 @@ def prefetch(typingctx: Any, k: Any, arrays: Any) -> Any:
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         for kind, array in zip(arrays, cgutils.unpack_tuple(b, args[1]), strict=True):
-            data = context.make_array(kind)(context, b, array).data
-            address = b.bitcast(b.gep(data, [args[0]]), ir.IntType(8).as_pointer())
+            address = pointer(context, b, kind, array, args[0], ir.IntType(8))
             function = ir.FunctionType(ir.VoidType(), [address.type, I32, I32, I32])
             function = cgutils.get_or_insert_function(b.module, function, "llvm.prefetch.p0")
             b.call(function, [address, *(ir.Constant(I32, option) for option in (1, 3, 1))])

@@ -41,15 +41,10 @@ class Mask(types.Type):  # type: ignore[misc]
 
 
 @register_model(Lanes)
-class _LanesModel(models.PrimitiveModel):  # type: ignore[misc]
-    def __init__(self, manager: Any, lanes: Lanes) -> None:
-        super().__init__(manager, lanes, vector_type(lanes))
-
-
 @register_model(Mask)
-class _MaskModel(models.PrimitiveModel):  # type: ignore[misc]
-    def __init__(self, manager: Any, mask: Mask) -> None:
-        super().__init__(manager, mask, ir.VectorType(ir.IntType(1), mask.width))
+class _Model(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: Lanes | Mask) -> None:
+        super().__init__(manager, kind, vector_type(kind, F64 if isinstance(kind, Lanes) else ir.IntType(1)))
 
 
 def vector_type(lanes: Any, element: Any = F64) -> Any:
@@ -72,6 +67,17 @@ def splat(builder: Any, value: Any, width: int) -> Any:
     )
 
 
+def in_every_lane(builder: Any, lanes: type[types.Type], kinds: Any, values: Any, width: int) -> list[Any]:
+    """The values, of which those that are no lanes, by their Numba types, are put into every lane."""
+    pairs = zip(kinds, values, strict=True)
+    return [v if isinstance(kind, lanes) else splat(builder, v, width) for kind, v in pairs]
+
+
+def truth_of(x: Any) -> Any:
+    """The Numba type of what is asked of each lane, or of a scalar."""
+    return Mask(x.width) if isinstance(x, Lanes) else types.boolean
+
+
 # Operators. A float beside lanes, or a truth value beside a mask, is put into every lane.
 
 
@@ -88,9 +94,7 @@ def _binary(op: Any, emit: Any, result: type[types.Type], takes: type[types.Type
             return None
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        width = sig.return_type.width
-        pair = (v if isinstance(t, takes) else splat(builder, v, width) for t, v in zip(sig.args, args, strict=True))
-        return emit(builder, *pair)
+        return emit(builder, *in_every_lane(builder, takes, sig.args, args, sig.return_type.width))
 
     for other in (takes, scalars):
         lower_builtin(op, takes, other)(lower)
@@ -178,7 +182,7 @@ def all_finite(typingctx: Any, values: Any, outputs: Any) -> Any:
         infinity = constant(stored[0].type, float("inf"))
         return functools.reduce(b.and_, (b.fcmp_ordered("<", call_llvm(b, "fabs", v), infinity) for v in stored))
 
-    return (Mask(values.dtype.width) if isinstance(values.dtype, Lanes) else types.boolean)(values, outputs), codegen
+    return truth_of(values.dtype)(values, outputs), codegen
 
 
 @intrinsic
@@ -201,7 +205,7 @@ def doubt(typingctx: Any, change: Any, outputs: Any, signs: Any) -> Any:
         both = b.bitcast(call_llvm(b, "copysign", args[0], b.bitcast(union, wide)), integer)
         return b.icmp_unsigned(">=", both, constant(integer, limit))
 
-    return (Mask(change.width) if isinstance(change, Lanes) else types.boolean)(change, outputs, signs), codegen
+    return truth_of(change)(change, outputs, signs), codegen
 
 
 # Lanes and their neighbours.

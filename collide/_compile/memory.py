@@ -25,12 +25,15 @@ def lanes_of(dtype: Any) -> Lanes:
     return Lanes(CACHE_LINE * 8 // dtype.bitwidth)
 
 
-def _vector_pointer(context: Any, builder: Any, array_type: Any, array: Any, k: Any) -> tuple[Any, Any]:
-    """The LLVM vector type of a step and the address of element k as a pointer to one."""
-    element = ir.DoubleType() if array_type.dtype == types.float64 else ir.FloatType()
-    vector = ir.VectorType(element, lanes_of(array_type.dtype).width)
+def pointer(context: Any, builder: Any, array_type: Any, array: Any, k: Any, kind: Any) -> Any:
+    """Element k of an array as an LLVM pointer to a value of this kind."""
     data = context.make_array(array_type)(context, builder, array).data
-    return vector, builder.bitcast(builder.gep(data, [k], inbounds=True), vector.as_pointer())
+    return builder.bitcast(builder.gep(data, [k], inbounds=True), kind.as_pointer())
+
+
+def _vector(dtype: Any) -> Any:
+    """The LLVM type of what a step moves, as it is stored."""
+    return ir.VectorType(F64 if dtype == types.float64 else ir.FloatType(), lanes_of(dtype).width)
 
 
 def masked_move(builder: Any, name: str, vector: Any, result: Any, args: list[Any]) -> Any:
@@ -64,7 +67,7 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, usual: Any)
     """
     dtype = columns.dtype.dtype
     lanes = lanes_of(dtype)
-    wide = ir.VectorType(F64, lanes.width)
+    wide, vector = ir.VectorType(F64, lanes.width), _vector(dtype)
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         arrays, scalar_array, k, n, usual = args
@@ -75,7 +78,7 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, usual: Any)
             return splat(b, b.load(b.gep(values, [ir.Constant(I32, i)])), lanes.width)
 
         def each(i: int, mask: Any) -> Any:
-            vector, address = _vector_pointer(context, b, columns.dtype, arrays[i], k)
+            address = pointer(context, b, columns.dtype, arrays[i], k, vector)
             if mask is None:
                 value = b.load(address, align=1)
             else:
@@ -119,28 +122,28 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, usual: Any)
 def store(typingctx: Any, outputs: Any, k: Any, n: Any, values: Any, streaming: Any) -> Any:
     """The values of pairs k to k+n into the outputs. A full, aligned line may stream past the caches."""
     dtype = outputs.dtype.dtype
-    lanes = lanes_of(dtype)
+    lanes, vector = lanes_of(dtype), _vector(dtype)
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         arrays, k, n, lanes_out, streaming = args
         targets = []
         for array, value in zip(cgutils.unpack_tuple(b, arrays), cgutils.unpack_tuple(b, lanes_out), strict=True):
-            vector, address = _vector_pointer(context, b, outputs.dtype, array, k)
-            targets.append((value if dtype == types.float64 else b.fptrunc(value, vector), address, vector))
+            address = pointer(context, b, outputs.dtype, array, k, vector)
+            targets.append((value if dtype == types.float64 else b.fptrunc(value, vector), address))
         full = b.icmp_signed("==", n, ir.Constant(n.type, lanes.width))
         with b.if_else(full) as (whole, part):
             with whole, b.if_else(streaming) as (stream, plain):
                 with stream:
-                    for value, address, _ in targets:
+                    for value, address in targets:
                         instruction = b.store(value, address, align=CACHE_LINE)
                         hint = b.module.add_metadata([ir.Constant(I32, 1)])
                         instruction.set_metadata("nontemporal", hint)
                 with plain:
-                    for value, address, _ in targets:
+                    for value, address in targets:
                         b.store(value, address, align=1)
             with part:
                 mask = lanes_below(b, n, lanes.width)
-                for value, address, vector in targets:
+                for value, address in targets:
                     masked_move(b, "store", vector, ir.VoidType(), [value, address, ir.Constant(I32, 1), mask])
         return context.get_dummy_value()
 

@@ -41,26 +41,13 @@ def _kernel_contacts(  # type: ignore[no-untyped-def]  # compiled only
     """
     # Two loops: with the box asked for at each pair, open space took a quarter longer.
     if lx > 0.0:
-        return _in_order(i, j, m, x, y, e, lx, ly, nan, vx, vy, impulse, witness)
-    return _in_order(i, j, m, x, y, e, 0.0, 0.0, nan, vx, vy, impulse, witness)
+        return _in_order((i, j, e), (m, x, y, vx, vy), (lx, ly), nan, impulse, witness)
+    return _in_order((i, j, e), (m, x, y, vx, vy), (0.0, 0.0), nan, impulse, witness)
 
 
 @formula
-def _in_order(
-    i: Any,
-    j: Any,
-    m: Any,
-    x: Any,
-    y: Any,
-    e: Any,
-    lx: Any,
-    ly: Any,
-    nan: Any,
-    vx: Any,
-    vy: Any,
-    impulse: Any,
-    witness: Any,
-) -> Any:
+def _in_order(pairs: Any, balls: Any, box: Any, nan: Any, impulse: Any, witness: Any) -> Any:
+    (i, j, e), (m, x, y, vx, vy), (lx, ly) = pairs, balls, box
     n_resolved, n_invalid, first = 0, 0, -1
     each_m, each_e = 1 if m.size > 1 else 0, 1 if e.size > 1 else 0
     for k in range(i.size):

@@ -110,7 +110,7 @@ def _form(
 ) -> Form:
     @formula
     def batch(columns: Any, outputs: Any, scalars: Any, start: int, stop: int, approaching: bool, nan: bool) -> Any:
-        return loop(step, rule, columns, outputs, scalars, start, stop, approaching, nan)
+        return loop(step, rule, columns, outputs, scalars, start, stop, (approaching, nan))
 
     names, results = tuple(columns.split()), tuple(outputs.split())
     return Form(name, names, results, step, batch_kernels(batch, name, len(names), len(results)), invalid)

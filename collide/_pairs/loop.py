@@ -33,20 +33,13 @@ class Step(NamedTuple):
 
 @formula
 def loop(
-    step_of: Any,
-    obeys_rules: Any,
-    columns: Any,
-    outputs: Any,
-    scalars: Any,
-    start: int,
-    stop: int,
-    approaching: bool,
-    nan: bool,
+    step_of: Any, obeys_rules: Any, columns: Any, outputs: Any, scalars: Any, start: int, stop: int, flags: Any
 ) -> tuple[int, int]:
     """Pairs start to stop of a batch. Returns how many of them are invalid, and the first that is (or -1).
 
     The values of that first pair join those in `scalars`: in place the columns may not have them any more.
     """
+    approaching, _ = flags
     relation = overlap(columns, outputs)
     if relation < 0:
         return REFUSED, -1
@@ -71,9 +64,7 @@ def loop(
             after = select_each(step.closing <= 0.0, step.before, after)
         if break_rules or beyond or any_lane(doubt(step.size, outputs, step.signs)):
             is_first = n_invalid == 0
-            after, bad, at = _carefully(
-                step_of, obeys_rules, columns, outputs, scalars, k, n, approaching, nan, is_first
-            )
+            after, bad, at = _carefully(step_of, obeys_rules, columns, outputs, scalars, k, n, flags, is_first)
             if is_first:
                 first_invalid = at
             n_invalid += bad
@@ -85,22 +76,14 @@ def loop(
 
 @rare
 def _carefully(
-    step_of: Any,
-    obeys_rules: Any,
-    columns: Any,
-    outputs: Any,
-    scalars: Any,
-    k: int,
-    n: int,
-    approaching: bool,
-    nan: bool,
-    is_first: bool,
+    step_of: Any, obeys_rules: Any, columns: Any, outputs: Any, scalars: Any, k: int, n: int, flags: Any, is_first: bool
 ) -> Any:
     """A step again, with the exact check: the velocities to store, how many pairs are invalid, the first (or -1).
 
     Again and out of line: to keep the step's inputs in registers for this cost the polar form 8 % of its speed.
     """
     out_of_line()
+    approaching, nan = flags
     values = load(columns, scalars, k, n, False)
     step = step_of(values)
     after = step.after
