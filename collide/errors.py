@@ -42,8 +42,9 @@ def reason(pair: Mapping[str, float]) -> str:
     for name in not_negative:
         if not 0.0 <= pair.get(name, 0.0) < math.inf:
             return f"{name} = {pair[name]}: must be finite and >= 0"
-    if pair.get("nx") == 0.0 and pair.get("ny") == 0.0:
-        return "nx = ny = 0: the normal must have a length"
+    normal = [name for name in ("nx", "ny", "nz") if name in pair]
+    if normal and not any(pair[name] for name in normal):
+        return f"{' = '.join(normal)} = 0: the normal must have a length"
     if pair.get("m1") == pair.get("m2") == math.inf:
         return "m1 = m2 = inf: two immovable balls cannot collide"
     if "distance" in pair:

@@ -47,11 +47,16 @@ def _colliding(pair: Callable[..., Any]) -> Callable[..., Any]:
     return step
 
 
-@formula
-def _impulse(values: Any) -> Step:
-    m1, m2, v1, v2, n, square, low, e = in_the_plane(*values)
-    p, closing = impulse(m1, m2, v1, v2, n, square, low, e)
-    return Step(fill((p,), 0.0), (p,), closing, p, (m1, m2, e), (square,))
+def _transferring(pair: Callable[..., Any]) -> Callable[..., Any]:
+    """The step that gives the impulse."""
+
+    @formula
+    def step(values: Any) -> Step:
+        m1, m2, v1, v2, n, square, low, e = pair(*values)
+        p, closing = impulse(m1, m2, v1, v2, n, square, low, e)
+        return Step(fill((p,), 0.0), (p,), closing, p, (m1, m2, e), (square,))
+
+    return step
 
 
 @formula
@@ -120,7 +125,7 @@ _PLANE, _VECTORS = "m1 m2 v1x v1y v2x v2y nx ny restitution", "u1x u1y u2x u2y"
 FORM_1D = _form("1d", "m1 m2 v1 v2 restitution", "u1 u2", _colliding(on_a_line))
 FORM_2D = _form("2d", _PLANE, _VECTORS, _colliding(in_the_plane))
 FORM_POLAR = _form("polar", "m1 m2 v1 theta1 v2 theta2 phi restitution", _VECTORS, _colliding(in_polar_form))
-IMPULSE = _form("impulse", _PLANE, "impulse", _impulse)
+IMPULSE = _form("impulse", _PLANE, "impulse", _transferring(in_the_plane))
 IMPACT = _form("impact", "dx dy dvx dvy distance", "t", _impact, _obeys_rules_of_impact, {"raise": True, "nan": True})
 
 COLLISIONS = {form.name: form for form in (FORM_1D, FORM_2D, FORM_POLAR)}  # velocities after: what a table may hold
