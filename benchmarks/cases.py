@@ -15,7 +15,7 @@ from collide.examples import gas
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Call = Callable[[], Sequence[Array]]
-RESULTS = {"line": 2, "plane": 4, "polar": 4, "impact": 1}
+RESULTS = {"1d": 2, "2d": 4, "polar": 4, "impact": 1}
 FORMS = tuple(RESULTS)
 PACKING = 0.4
 FILE_PAIRS = int(os.environ.get("COLLIDE_FILE_PAIRS", "10000000"))
@@ -53,7 +53,7 @@ def arrays(form: str, n: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
     else:
         cartesian, polar = random_pairs(n)
         m1, m2, v1x, _, v2x, *_ = cartesian
-        columns = {"line": [m1, m2, v1x, v2x], "plane": cartesian, "polar": polar}[form]
+        columns = {"1d": [m1, m2, v1x, v2x], "2d": cartesian, "polar": polar}[form]
     return tuple(c.copy() for c in columns), tuple(np.zeros(n) for _ in range(RESULTS[form]))
 
 

@@ -28,7 +28,7 @@ def embedded(m1, m2, v1x, v1y, v2x, v2y, nx, ny, u1x, u1y, u2x, u2y):
 
 def embedding(n: int) -> Duel:
     """A formula of collide.scalar in a user's kernel, and the same expression written out there by hand."""
-    case = make_case("plane", n)
+    case = make_case("2d", n)
     embedded(*case.columns, *case.out)
     want = [u.copy() for u in case.out]
     by_hand.plane(*case.columns, *case.out)

@@ -30,7 +30,7 @@ def style() -> Any:
 def draw_sizes(found: dict[Key, Entry], threads: int, path: Path) -> None:
     plt = style()
     figure, axes = plt.subplots(1, 2, figsize=(9, 4.4), sharey=True)
-    for ax, form in zip(axes, ("plane", "polar"), strict=True):
+    for ax, form in zip(axes, ("2d", "polar"), strict=True):
         for name, (_, label, colour, marker) in CONTESTANTS.items():
             points = sorted((n, e.rate) for (f, n, t, c), e in found.items() if (f, t, c) == (form, threads, name))
             if name == "bytes only":
@@ -54,7 +54,7 @@ def draw_sizes(found: dict[Key, Entry], threads: int, path: Path) -> None:
 def draw_bars(found: dict[Key, Entry], threads: int, path: Path) -> None:
     plt = style()
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.6), sharey=True)
-    shown = ("plane", "polar")
+    shown = ("2d", "polar")
     names = [name for name in CONTESTANTS if any((form, LARGE, threads, name) in found for form in shown)]
     for ax, form in zip(axes, shown, strict=True):
         limit = found[form, LARGE, threads, "bytes only"].rate / 1e6

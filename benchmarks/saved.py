@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-FORMS = {"line": "on a line", "plane": "in the plane", "polar": "polar form", "impact": "time of impact"}
-COLLISIONS = ("line", "plane", "polar")
+FORMS = {"1d": "on a line", "2d": "in the plane", "polar": "polar form", "impact": "time of impact"}
+COLLISIONS = ("1d", "2d", "polar")
 # Name in the data: name in the table, name in the pictures, colour, marker.
 CONTESTANTS = {
     "bytes only": ("the memory limit: the same bytes, nothing computed", "the memory limit", "#8b949e", ""),

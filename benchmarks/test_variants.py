@@ -51,7 +51,7 @@ VARIANTS = [float32, scalar_masses, allocating, in_place, strided, approaching_o
 
 
 @pytest.mark.parametrize("variant", VARIANTS, ids=lambda variant: variant.__name__)
-@pytest.mark.parametrize("form", ["line", "plane", "polar"])
+@pytest.mark.parametrize("form", ["1d", "2d", "polar"])
 @pytest.mark.parametrize("n", [10_000, 1_000_000])
 def test_variant(race, benchmark, n, form, variant):
     case = make_case(form, n)

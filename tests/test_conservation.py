@@ -16,8 +16,8 @@ V = RNG.normal(size=(4, N))
 ANGLES = RNG.uniform(-np.pi, np.pi, (3, N))
 SPEEDS = np.hypot(V[0], V[1]), np.hypot(V[2], V[3])
 CASES = {
-    "line": (FORM_1D, (*M, V[0], V[1]), collide.resolve_1d),
-    "plane": (FORM_2D, (*M, *V, *RNG.normal(size=(2, N))), collide.resolve_2d),
+    "1d": (FORM_1D, (*M, V[0], V[1]), collide.resolve_1d),
+    "2d": (FORM_2D, (*M, *V, *RNG.normal(size=(2, N))), collide.resolve_2d),
     "polar": (FORM_POLAR, (*M, SPEEDS[0], ANGLES[0], SPEEDS[1], ANGLES[1], ANGLES[2]), collide.resolve_polar),
 }
 
@@ -45,7 +45,7 @@ def report(form, columns, u, e=1.0):
     return kept
 
 
-@pytest.mark.parametrize("name", ["line", "plane"])
+@pytest.mark.parametrize("name", ["1d", "2d"])
 @pytest.mark.parametrize("e", [1.0, 0.5])
 def test_changes_are_those_of_exact_sums(name, e):
     form, columns, function = CASES[name]

@@ -34,7 +34,7 @@ def data(report):
             batch(form, 10_000_000, "bytes only", 0.03, 1.25),  # in a slow minute: the ratio counts
             batch(form, 10_000_000, "NumPy", 0.2, 0.1),
             batch(form, 1, "collide", 6e-6, 1.0),
-            batch(form, 1, "NumPy", 9e-6, 2.0 if form == "line" else 0.5),
+            batch(form, 1, "NumPy", 9e-6, 2.0 if form == "1d" else 0.5),
         ]
     variant = {"variant": "in_place", "n": 1_000_000, "as fast as the reference": 1.5}
     variants = [{"extra_info": {**variant, "form": form}, "stats": {}} for form in report.COLLISIONS]
@@ -86,9 +86,9 @@ def test_what_is_saved_and_compared_is_of_one_call(tmp_path):
 
 def test_rates_are_ratios_times_the_rate_of_collide(report, data):
     found = report.entries(data)
-    assert found["plane", 10_000_000, 2, "collide"] == (pytest.approx(5e8), 1.0)
-    assert found["plane", 10_000_000, 2, "bytes only"] == (pytest.approx(6.25e8), pytest.approx(0.8))
-    assert found["plane", 1, 2, "NumPy"] == (pytest.approx(1 / 12e-6), pytest.approx(2.0))
+    assert found["2d", 10_000_000, 2, "collide"] == (pytest.approx(5e8), 1.0)
+    assert found["2d", 10_000_000, 2, "bytes only"] == (pytest.approx(6.25e8), pytest.approx(0.8))
+    assert found["2d", 1, 2, "NumPy"] == (pytest.approx(1 / 12e-6), pytest.approx(2.0))
 
 
 def test_a_ball_state_is_reported_as_far_as_it_was_measured(report, data):

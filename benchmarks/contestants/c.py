@@ -35,7 +35,7 @@ def _library() -> ctypes.CDLL:
 def batch(case: Case) -> Call:
     if case.form == "impact":
         raise MissingError("measured on collisions only")
-    function = getattr(_library(), case.form)
+    function = getattr(_library(), f"resolve_{case.form}")
     pointers = [ctypes.c_void_p(a.ctypes.data) for a in (*case.columns, *case.out)]
 
     def call() -> Sequence[Array]:

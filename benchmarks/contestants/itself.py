@@ -11,8 +11,8 @@ from cases import RESULTS, Call, Case
 import collide
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
-    "line": collide.resolve_1d,
-    "plane": collide.resolve_2d,
+    "1d": collide.resolve_1d,
+    "2d": collide.resolve_2d,
     "polar": collide.resolve_polar,
     "impact": collide.time_of_impact,
 }

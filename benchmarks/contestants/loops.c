@@ -7,7 +7,7 @@
 #define IN const double *restrict
 #define OUT double *restrict
 
-void line(long n, int threads, IN m1, IN m2, IN v1, IN v2, OUT u1, OUT u2)
+void resolve_1d(long n, int threads, IN m1, IN m2, IN v1, IN v2, OUT u1, OUT u2)
 {
     EACH_PAIR {
         double q = 2.0 * (v1[k] - v2[k]) / (m1[k] + m2[k]);
@@ -16,8 +16,8 @@ void line(long n, int threads, IN m1, IN m2, IN v1, IN v2, OUT u1, OUT u2)
     }
 }
 
-void plane(long n, int threads, IN m1, IN m2, IN v1x, IN v1y, IN v2x, IN v2y, IN nx, IN ny,
-           OUT u1x, OUT u1y, OUT u2x, OUT u2y)
+void resolve_2d(long n, int threads, IN m1, IN m2, IN v1x, IN v1y, IN v2x, IN v2y, IN nx, IN ny,
+                OUT u1x, OUT u1y, OUT u2x, OUT u2y)
 {
     EACH_PAIR {
         double closing = (v1x[k] - v2x[k]) * nx[k] + (v1y[k] - v2y[k]) * ny[k];
@@ -30,8 +30,8 @@ void plane(long n, int threads, IN m1, IN m2, IN v1x, IN v1y, IN v2x, IN v2y, IN
     }
 }
 
-void polar(long n, int threads, IN m1, IN m2, IN v1, IN theta1, IN v2, IN theta2, IN phi,
-           OUT u1x, OUT u1y, OUT u2x, OUT u2y)
+void resolve_polar(long n, int threads, IN m1, IN m2, IN v1, IN theta1, IN v2, IN theta2, IN phi,
+                OUT u1x, OUT u1y, OUT u2x, OUT u2y)
 {
     EACH_PAIR {
         double c = cos(phi[k]), s = sin(phi[k]);

@@ -13,6 +13,6 @@ from collide._pairs.execution import call
 
 
 def batch(case: Case) -> Call:
-    form = LIMITS[{"line": "1d", "plane": "2d"}.get(case.form, case.form)]
+    form = LIMITS[case.form]
     columns = case.columns if case.form == "impact" else (*case.columns, 1.0)
     return lambda: call(form, columns, False, "raise", case.out)

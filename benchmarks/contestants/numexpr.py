@@ -9,8 +9,8 @@ from cases import Array, Call, Case
 from .missing import collisions_on_all_threads_only, peer
 
 RESULTS = {
-    "line": ["v1 - m2 * (2 * (v1 - v2) / (m1 + m2))", "v2 + m1 * (2 * (v1 - v2) / (m1 + m2))"],
-    "plane": ["v1x - m2 * q * nx", "v1y - m2 * q * ny", "v2x + m1 * q * nx", "v2y + m1 * q * ny"],
+    "1d": ["v1 - m2 * (2 * (v1 - v2) / (m1 + m2))", "v2 + m1 * (2 * (v1 - v2) / (m1 + m2))"],
+    "2d": ["v1x - m2 * q * nx", "v1y - m2 * q * ny", "v2x + m1 * q * nx", "v2y + m1 * q * ny"],
     "polar": [
         "v1 * cos(theta1) - m2 * q * cos(phi)",
         "v1 * sin(theta1) - m2 * q * sin(phi)",
@@ -19,12 +19,12 @@ RESULTS = {
     ],
 }
 FACTOR = {
-    "plane": "2 * ((v1x - v2x) * nx + (v1y - v2y) * ny) / ((m1 + m2) * (nx * nx + ny * ny))",
+    "2d": "2 * ((v1x - v2x) * nx + (v1y - v2y) * ny) / ((m1 + m2) * (nx * nx + ny * ny))",
     "polar": "2 * (v1 * cos(theta1 - phi) - v2 * cos(theta2 - phi)) / (m1 + m2)",
 }
 NAMES = {
-    "line": ["m1", "m2", "v1", "v2"],
-    "plane": ["m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny"],
+    "1d": ["m1", "m2", "v1", "v2"],
+    "2d": ["m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny"],
     "polar": ["m1", "m2", "v1", "theta1", "v2", "theta2", "phi"],
 }
 
@@ -36,7 +36,7 @@ def batch(case: Case) -> Call:
     names = dict(zip(NAMES[case.form], case.columns, strict=True))
 
     def call() -> Sequence[Array]:
-        if case.form != "line":
+        if case.form != "1d":
             names["q"] = ne.evaluate(FACTOR[case.form], names)
         for expression, u in zip(RESULTS[case.form], case.out, strict=True):
             ne.evaluate(expression, names, out=u)

@@ -43,5 +43,5 @@ def impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
 
 
 def batch(case: Case) -> Call:
-    function = {"line": line, "plane": plane, "polar": polar, "impact": impact}[case.form]
+    function = {"1d": line, "2d": plane, "polar": polar, "impact": impact}[case.form]
     return lambda: function(*case.columns)

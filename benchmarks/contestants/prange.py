@@ -52,7 +52,7 @@ def impact(dx, dy, dvx, dvy, distance, t):
 
 
 def batch(case: Case) -> Call:
-    return on_threads({"line": line, "plane": plane, "polar": polar, "impact": impact}[case.form], case)
+    return on_threads({"1d": line, "2d": plane, "polar": polar, "impact": impact}[case.form], case)
 
 
 def on_threads(function: Any, case: Case) -> Call:

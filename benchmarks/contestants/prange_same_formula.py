@@ -34,4 +34,4 @@ def impact(dx, dy, dvx, dvy, distance, t):
 def batch(case: Case) -> Call:
     if case.form == "polar":
         raise MissingError("the library's sine in a scalar loop is no contestant in polar form")
-    return on_threads({"line": line, "plane": plane, "impact": impact}[case.form], case)
+    return on_threads({"1d": line, "2d": plane, "impact": impact}[case.form], case)

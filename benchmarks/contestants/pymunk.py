@@ -20,7 +20,7 @@ def batch(case: Case) -> Call:
     On one thread: its threaded solver gives wrong velocities at one iteration, from some thousands of pairs on.
     """
     collisions_on_all_threads_only(case)
-    if case.form != "plane" or case.n > 10_000:
+    if case.form != "2d" or case.n > 10_000:
         raise MissingError("an engine is asked for pairs in the plane, up to 10,000")
     pm = peer("pymunk")
     space = pm.Space()

@@ -71,7 +71,7 @@ def _kernels() -> dict[str, Callable[..., Any]]:
             u2x[k] = bx + m1[k] * q * c
             u2y[k] = by + m1[k] * q * s
 
-    return {"line": line, "plane": plane, "polar": polar}
+    return {"1d": line, "2d": plane, "polar": polar}
 
 
 def batch(case: Case) -> Call:

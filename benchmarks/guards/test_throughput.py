@@ -17,14 +17,14 @@ LARGE = 8_000_000
 # NumPy is some 10 times slower than memory itself (9.2 to 13.4); and of 21 us for 10,000 pairs the checks in Python
 # take 5 (0.80 to 0.96).
 BOUNDS = [
-    ("plane", LARGE, False, "bytes only", 0.85, 21),
-    ("plane", LARGE, False, "prange, same formula", 1.15, 21),
-    ("plane", LARGE, False, "NumPy", 8.0, 9),
+    ("2d", LARGE, False, "bytes only", 0.85, 21),
+    ("2d", LARGE, False, "prange, same formula", 1.15, 21),
+    ("2d", LARGE, False, "NumPy", 8.0, 9),
     ("polar", LARGE, False, "bytes only", 0.50, 21),
     ("polar", LARGE, False, "prange", 8.0, 9),
     ("polar", LARGE, False, "NumPy", 60.0, 6),
-    ("plane", 10_000, True, "prange, same formula", 0.80, 60),
-    ("plane", 1, False, "NumPy", 1.0, 60),
+    ("2d", 10_000, True, "prange, same formula", 0.80, 60),
+    ("2d", 1, False, "NumPy", 1.0, 60),
 ]
 
 
@@ -39,7 +39,7 @@ def test_throughput(set_threads, form, n, one_thread, name, bound, rounds):
 
 def test_growth():
     """Ten times the pairs take ten times as long."""
-    many, few = make_case("plane", 10_000_000), make_case("plane", 1_000_000)
+    many, few = make_case("2d", 10_000_000), make_case("2d", 1_000_000)
     tenth = itself.batch(few)
 
     def ten_tenths():
