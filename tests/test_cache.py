@@ -23,7 +23,7 @@ from collide._system import ownership
 SHOW = "print('u1 =', collide.resolve_1d([1.0], [3.0], [4.0], [0.0]).u1[0])"
 CALL = f"import collide; {SHOW}"
 ANSWER = "u1 = -2.0\n"
-FORMULA, EDITED_FORMULA = "return (v1 - j1, v2 + j2)", "return (v1 + j1, v2 + j2)"
+FORMULA, EDITED_FORMULA = "each(fused, -j1, n, v1)", "each(fused, j1, n, v1)"
 EDITED_ANSWER = "u1 = 10.0\n"
 
 
@@ -70,7 +70,7 @@ def kernels(folder):
 
 
 def edit(folder, old, new):
-    path = folder / "collide" / "scalar.py"
+    path = folder / "collide" / "_formulas" / "collision.py"
     text = path.read_text()
     assert text.count(old) == 1
     before = path.stat().st_mtime

@@ -43,7 +43,7 @@ def _move(
 
 
 def _limit(form: Form) -> Form:
-    return form._replace(kernels=batch_kernels(_move, f"{form.name}-bytes", len(form.columns), len(form.outputs)))
+    return form._replace(kernels=batch_kernels(_move, f"{form.name}_bytes", len(form.columns), len(form.outputs)))
 
 
 LIMITS = {name: _limit(form) for name, form in FORMS.items()}

@@ -92,7 +92,7 @@ def _obeys_rules_of_impact(step: Any, results: Any, outputs: Any) -> Any:
 
 def batch_kernels(body: Callable[..., Any], name: str, n_columns: int, n_outputs: int) -> dict[np.dtype[Any], Kernel]:
     """For each storage the kernel body(columns, outputs, scalars, start, stop, approaching, nan)."""
-    function, kernels = spread(body, n_columns, n_outputs, 0, 0, 0, 0, 0), {}
+    function, kernels = spread(name, body, n_columns, n_outputs, 0, 0, 0, 0, 0), {}
     for storage in (types.float64, types.float32):
         column = types.Array(storage, 1, "C", readonly=True)  # takes writable arrays as well
         output, scalars = types.Array(storage, 1, "C"), types.Array(types.float64, 1, "C")

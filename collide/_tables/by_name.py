@@ -59,10 +59,10 @@ def choose(names: Iterable[str], form: str | None, columns: Mapping[str, str] | 
 
     `columns` gives the names of columns that are not called as the arguments and results are.
     """
+    names, called = list(names), dict(columns or {})
     if form is not None and (not isinstance(form, str) or form not in COLLISIONS):
         raise ValueError(f"form = {form!r}: must be None or one of {', '.join(map(repr, COLLISIONS))}")
     among = COLLISIONS if form is None else {form: COLLISIONS[form]}
-    names, called = list(names), dict(columns or {})
     _check_names(called, among.values())
     chosen = _form_of(names, called, among)
     inputs = {c: called.get(c, c) for c in chosen.columns if called.get(c, c) in names}
@@ -98,15 +98,15 @@ def _form_of(names: Sequence[str], called: Mapping[str, str], among: Mapping[str
     missing = {key: [called.get(c, c) for c in needed[key] if called.get(c, c) not in names] for key in among}
     meant = [key for key, form in among.items() if set(called) <= {*form.columns, *form.outputs}]
     complete = [key for key in meant if not missing[key]]
-    if len(complete) > 1:  # a form with all columns of another counts, as the polar one has those on a line
-        columns = [set(among[key].columns) for key in complete]
-        complete = [key for key, own in zip(complete, columns, strict=True) if not any(own < c for c in columns)]
-    if len(complete) > 1:
-        raise TableError(f"has the columns of more than one form: {', '.join(complete)}")
     if not complete:
         likely = max(meant or among, key=lambda key: (_n_own(key, names, called), -len(missing[key])))
         raise TableError(f"missing column {', '.join(missing[likely])} (of the {likely} form)")
-    return among[complete[0]]
+    # A form with all columns of another counts before it, as the polar one has those on a line.
+    columns = [set(among[key].columns) for key in complete]
+    largest = [key for key, own in zip(complete, columns, strict=True) if not any(own < c for c in columns)]
+    if len(largest) > 1:
+        raise TableError(f"has the columns of more than one form: {', '.join(complete)}")
+    return among[largest[0]]
 
 
 def _n_own(form: str, names: Sequence[str], called: Mapping[str, str]) -> int:

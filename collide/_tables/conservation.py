@@ -106,7 +106,8 @@ def _kernel(form: Form) -> Kernel:
     column = types.Array(types.float64, 1, "C", readonly=True)
     scalars, sums = types.Array(types.float64, 1, "C"), types.Array(types.float64, 3, "C")
     signature = types.int64(*[column] * (n_columns + n_outputs), scalars, sums)
-    return Kernel(spread(_changes(form.step), n_columns, n_outputs, 0, 0), signature, f"{form.name}-changes")
+    name = f"{form.name}_changes"
+    return Kernel(spread(name, _changes(form.step), n_columns, n_outputs, 0, 0), signature, name)
 
 
 _KERNELS = {name: _kernel(form) for name, form in COLLISIONS.items()}
