@@ -10,9 +10,9 @@ import zipfile
 
 import numpy as np
 import pytest
-from tables import ENVIRONMENT, FORMATS, LINE, assert_refused, resolve, write
 
 from collide._tables import arrow_files, numpy_files
+from tests.helpers.tables import ENVIRONMENT, FORMATS, LINE, assert_refused, resolve, write
 
 MANY = {name: np.resize(column, 30_000) for name, column in LINE.items()}  # a hundred blocks
 

@@ -4,7 +4,7 @@ The batch functions take a hundred thousand candidates at a time, and twice the 
 mpmath are for the one that is left. Seeded, and bounded by the number of candidates, so that it finds the same
 everywhere. By hand, for as long as one likes, one climb after another:
 
-    python tests/climb.py resolve_2d any 600
+    python -m tests.helpers.climb resolve_2d any 600
 """
 
 import math
@@ -13,11 +13,11 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
-import naive
 import numba
 import numpy as np
 
 import collide
+from tests.helpers import naive
 
 N_COLUMNS = {"resolve_1d": 5, "resolve_2d": 9, "resolve_polar": 8}
 ANGLES = {"resolve_polar": (3, 5, 6)}

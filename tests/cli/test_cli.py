@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import tables
 
 import collide
 from collide.__main__ import UsageError, main
 from collide._cli import demo
 from collide._tables import by_name, stream
 from collide._tables.conservation import Conservation
+from tests.helpers import tables
 
 N = 100
 FORMS = {

@@ -20,13 +20,11 @@ each; if all did so in the worst direction it would be 21 eps. The climbs stay b
 import multiprocessing
 import os
 
-import climb
-import naive
 import numpy as np
-import pairs
 import pytest
 
 import collide
+from tests.helpers import climb, naive, pairs
 
 N = 200_000
 # In 2**-52 of the pair's largest velocity component before or after, times climb.allowance(e).

@@ -3,13 +3,13 @@
 import math
 
 import mpmath
-import naive
 import numba
 import numpy as np
 import pytest
 from mpmath import mp, mpf
 
 from collide._formulas import sincos as _sincos
+from tests.helpers import naive
 
 ULP = 1.0
 

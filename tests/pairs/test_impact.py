@@ -4,15 +4,15 @@ import math
 from fractions import Fraction
 
 import mpmath
-import naive
 import numba
 import numpy as np
 import pytest
 from mpmath import mpf
-from test_published import cases
 
 import collide
 from collide._formulas import exact as _exact
+from tests.formulas.test_published import cases
+from tests.helpers import naive
 
 INF, NAN = np.inf, np.nan
 BOUND = 8  # eps, relative; the worst found in 200,000 encounters was 1.9

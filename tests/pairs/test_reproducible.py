@@ -2,10 +2,10 @@
 
 import numba
 import numpy as np
-import pairs
 import pytest
 
 import collide
+from tests.helpers import pairs
 
 FORMS = ["resolve_1d", "resolve_2d", "resolve_polar"]
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from naive import EPS
 
 import collide
+from tests.helpers.naive import EPS
 
 settings.register_profile("collide", max_examples=300, deadline=None)
 settings.load_profile("collide")

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from naive import EPS
 
 import collide
+from tests.helpers.naive import EPS
 
-CASES = json.loads((Path(__file__).parent / "data" / "published.json").read_text())
+CASES = json.loads((Path(__file__).parents[1] / "data" / "published.json").read_text())
 # Contract 1 (8, and 10 in polar form) and the rounding of the decimal inputs to doubles.
 CARTESIAN_BOUND, POLAR_BOUND = 12, 16
 

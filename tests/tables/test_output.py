@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tables import (
+
+from collide._tables import replacement
+from tests.helpers.tables import (
     ENVIRONMENT,
     FORMATS,
     LINE,
@@ -19,8 +21,6 @@ from tables import (
     resolve,
     write,
 )
-
-from collide._tables import replacement
 
 
 @pytest.fixture(autouse=True)

@@ -3,7 +3,6 @@
 import threading
 import tracemalloc
 
-import naive
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,6 +11,7 @@ from hypothesis import strategies as st
 import collide
 from collide._contacts import grid as _grid
 from collide._contacts import search as _search
+from tests.helpers import naive
 
 
 def check(x, y, radius, **options):

@@ -12,7 +12,7 @@ import pytest
 from collide.examples import cooling, dsmc, galperin, gas
 
 FOLDER = Path(dsmc.__file__).parent
-CASES = json.loads((Path(__file__).parent / "data" / "published.json").read_text())
+CASES = json.loads((Path(__file__).parents[1] / "data" / "published.json").read_text())
 
 
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("*.py")), ids=lambda path: path.stem)

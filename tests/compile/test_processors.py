@@ -1,7 +1,7 @@
 """Contract 2 across processors: the same bits with AVX-512, AVX2 and SSE2, held by digests that stand here.
 
 Those of the inputs stand beside those of the results: where both differ, the inputs are at fault. After a change of
-either that is meant, `PYTHONPATH=. python tests/test_processors.py` prints the new GOLDEN.
+either that is meant, `python -m tests.compile.test_processors` prints the new GOLDEN.
 """
 
 import ast
@@ -15,11 +15,12 @@ from pathlib import Path
 
 import llvmlite.binding
 import numpy as np
-import pairs
 import pytest
 
 import collide
+from tests.helpers import pairs
 
+ROOT = Path(__file__).parents[2]
 N = 100_000
 # Of the inputs, and of the results.
 GOLDEN = {
@@ -100,7 +101,13 @@ def without(features):
 def test_the_digests_on_others(level):
     variables = {**os.environ, **without(LEVELS[level]), "PYTHONPATH": str(Path(collide.__file__).parents[1])}
     done = subprocess.run(
-        [sys.executable, __file__], env=variables, capture_output=True, text=True, timeout=600, check=False
+        [sys.executable, "-m", __name__],
+        cwd=ROOT,
+        env=variables,
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert ast.literal_eval(done.stdout) == GOLDEN

@@ -21,7 +21,10 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 import pytest
-from tables import (
+
+import collide
+from collide._tables import arrow_files, by_name, ipc_files, stream
+from tests.helpers.tables import (
     ENVIRONMENT,
     FORMATS,
     FORMS,
@@ -37,9 +40,6 @@ from tables import (
     resolve,
     write,
 )
-
-import collide
-from collide._tables import arrow_files, by_name, ipc_files, stream
 
 
 @pytest.fixture(autouse=True)

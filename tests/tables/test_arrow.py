@@ -8,10 +8,10 @@ import polars as pl
 import pyarrow as pa
 import pytest
 import xarray as xr
-from tables import FORMS, LINE, PLANE, RNG, N
 
 import collide
 import collide.arrow
+from tests.helpers.tables import FORMS, LINE, PLANE, RNG, N
 
 
 def assert_resolved(data, columns, expected):

@@ -1,13 +1,12 @@
 """Impulses against the oracle, and against what resolve_2d makes of the velocities."""
 
-import naive
 import numba
 import numpy as np
-import pairs
 import pytest
 from mpmath import mpf
 
 import collide
+from tests.helpers import naive, pairs
 
 INF = np.inf
 # eps of the lighter mass times the largest velocity component before or after. p is rounded by 9 u and a half, where u

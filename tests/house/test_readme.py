@@ -18,7 +18,8 @@ import pytest
 
 import collide
 
-README = (Path(__file__).parent.parent / "README.md").read_text()
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text()
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
 # What sets up and runs things in the clone: known by heart here, and run by CI or by hand.
 KNOWN = {
@@ -69,7 +70,7 @@ def test_shell(text, tmp_path):
 
 
 def test_ci_runs_the_second_command():
-    text = (Path(__file__).parent.parent / ".ci" / "run").read_text()
+    text = (ROOT / ".ci" / "run").read_text()
     assert "grep -m 1 -- '-m pytest$' README.md" in text
     assert re.search(r"-m pytest$", README, re.MULTILINE)
 

@@ -1,20 +1,19 @@
 """Random calls against what they mean: shapes, strides, dtypes, options and numbers from a list of nasty ones.
 
 Each call is checked against the one-pair formula on plain copies, bit for bit, with the rules written out here once
-more, and a few of its pairs against 50 digits. A failure names its seed: `python tests/test_fuzz.py SECONDS SEED`
-begins there. COLLIDE_FUZZ_SECONDS says how long the test lasts.
+more, and a few of its pairs against 50 digits. A failure names its seed, and
+`python -m tests.pairs.test_fuzz SECONDS SEED` begins there. COLLIDE_FUZZ_SECONDS says how long the test lasts.
 """
 
 import os
 import sys
 import time
 
-import climb
-import naive
 import numpy as np
 
 import collide
 from collide._formulas.exact import dot
+from tests.helpers import climb, naive
 
 PLANE = ("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny", "restitution")
 COLUMNS = {
@@ -209,7 +208,9 @@ def campaign(seconds, seed):
             try:
                 one_call(np.random.default_rng(seed + calls))
             except Exception as error:
-                raise AssertionError(f"seed {seed + calls}: python tests/test_fuzz.py 0 {seed + calls}") from error
+                raise AssertionError(
+                    f"seed {seed + calls}: python -m tests.pairs.test_fuzz 0 {seed + calls}"
+                ) from error
             calls += 1
     finally:
         collide.set_num_threads(before)
