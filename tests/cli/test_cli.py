@@ -4,7 +4,6 @@ import os
 import re
 import shutil
 import signal
-import subprocess
 import sys
 import zipfile
 from pathlib import Path
@@ -17,7 +16,7 @@ from collide.__main__ import UsageError, main
 from collide._cli import demo
 from collide._tables import by_name, stream
 from collide._tables.conservation import Conservation
-from tests.helpers import tables
+from tests.helpers import process, tables
 
 N = 100
 FORMS = {
@@ -82,20 +81,6 @@ def assert_refused(capsys, target, *words):
     """One line that holds these words, no output, nothing left behind."""
     tables.assert_one_line(capsys, *words)
     assert list(target.parent.iterdir()) == []
-
-
-def run(*arguments, **options):
-    """A process that finds the package where these tests found it."""
-    environment = {**os.environ, "PYTHONPATH": str(Path(collide.__file__).parents[1])}
-    return subprocess.run(
-        [str(argument) for argument in arguments],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-        **options,
-    )
 
 
 # What is written
@@ -506,15 +491,10 @@ sys.exit(main(sys.argv[1:]))
 
 def test_termination_while_writing_leaves_nothing(source, target):
     write(source, LINE)
-    command = [sys.executable, "-c", TERMINATED, "resolve", str(source), "-o", str(target)]
-    environment = {**os.environ, "PYTHONPATH": str(Path(collide.__file__).parents[1])}
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout.readline() == "writing\n"
-            process.terminate()
-            assert process.wait(timeout=30) == 143
-        finally:
-            process.kill()
+    with process.running(sys.executable, "-c", TERMINATED, "resolve", source, "-o", target) as writing:
+        assert writing.stdout.readline() == "writing\n"
+        writing.terminate()
+        assert writing.wait(timeout=30) == 143
     assert list(target.parent.iterdir()) == []
 
 
@@ -583,8 +563,7 @@ sys.meta_path.insert(0, Interrupting())
 def interrupted(folder, at, *command, **options):
     (folder / "sitecustomize.py").write_text(INTERRUPTING)
     path = os.pathsep.join([str(folder), str(Path(collide.__file__).parents[1])])
-    environment = {**os.environ, "PYTHONPATH": path, "INTERRUPT_AT": at}
-    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False, **options)
+    return process.run(*command, env=process.environment(PYTHONPATH=path, INTERRUPT_AT=at), **options)
 
 
 COMMANDS = {
@@ -625,7 +604,7 @@ def test_a_script_of_that_name_may_import_in_a_thread(tmp_path):
     script.write_text(
         "import threading\nthread = threading.Thread(target=__import__, args=['collide'])\nthread.start()"
     )
-    done = run(sys.executable, script)
+    done = process.run(sys.executable, script)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
@@ -634,14 +613,14 @@ def test_a_script_of_that_name_may_import_in_a_thread(tmp_path):
 
 def test_module_runs_as_a_command(source, target):
     write(source, CARTESIAN)
-    done = run(sys.executable, "-W", "error", "-m", "collide", "resolve", source, "-o", target, "--quiet")
+    done = process.run(sys.executable, "-W", "error", "-m", "collide", "resolve", source, "-o", target, "--quiet")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert_resolved(CARTESIAN, target, collide.resolve_2d(**CARTESIAN))
 
 
 def test_module_reports_bad_data_in_one_line(source, target):
     write(source, without(LINE, "v2"))
-    done = run(sys.executable, "-m", "collide", "resolve", source, "-o", target)
+    done = process.run(sys.executable, "-m", "collide", "resolve", source, "-o", target)
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == f"collide: {source}: missing column v2 (of the 1d form)\n"
 
@@ -650,13 +629,13 @@ def test_console_script(source, target):
     script = shutil.which("collide", path=str(Path(sys.executable).parent))
     assert script, "the README's command installs the package, and with it this script"
     write(source, LINE)
-    assert run(script, "resolve", source, "-o", target).returncode == 0
+    assert process.run(script, "resolve", source, "-o", target).returncode == 0
     assert_resolved(LINE, target, collide.resolve_1d(**LINE))
-    assert run(script, "resolve", source).returncode == 2
+    assert process.run(script, "resolve", source).returncode == 2
 
 
 def test_help_names_every_column():
-    done = run(sys.executable, "-m", "collide", "resolve", "--help")
+    done = process.run(sys.executable, "-m", "collide", "resolve", "--help")
     assert done.returncode == 0
     for name in {*LINE, *CARTESIAN, *POLAR, "restitution"}:
         assert re.search(rf"\b{name}\b", done.stdout), name
@@ -704,5 +683,5 @@ def test_demo_without_room_for_its_output():
         "raise SystemExit(__main__.main(['demo']))"
     )
     with Path("/dev/full").open("w") as full:
-        done = subprocess.run([sys.executable, "-c", code], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        done = process.python(code, stdout=full)
     assert (done.returncode, done.stderr) == (1, "collide: demo: No space left on device\n")

@@ -5,9 +5,9 @@ import importlib.util
 import os
 import pickle
 import shutil
-import subprocess
 import sys
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -18,6 +18,7 @@ import collide
 from collide._compile import cache as _cache
 from collide._compile import kernel as _kernel
 from collide._system import ownership
+from tests.helpers import process
 
 # The mark tells the answers of the formula and of its edit apart.
 SHOW = "print('u1 =', collide.resolve_1d([1.0], [3.0], [4.0], [0.0]).u1[0])"
@@ -41,27 +42,12 @@ def copy_package(folder):
 
 def environment(folder, **variables):
     """Of a process that imports the copy, and keeps kernels where the variables say, else in the folder itself."""
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(("NUMBA_", "XDG_", "COLLIDE_"))}
-    paths = {"PYTHONPATH": folder, "HOME": folder / "home", **variables}
-    return {**kept, **{name: str(value) for name, value in paths.items()}}
-
-
-def python(folder, code=CALL, *options, **variables):
-    return subprocess.run(
-        [sys.executable, *options, "-c", code],
-        cwd=folder,
-        env=environment(folder, **variables),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    none = {name: None for name in os.environ if name.startswith(("NUMBA_", "XDG_", "COLLIDE_"))}
+    return process.environment(**{**none, "PYTHONPATH": folder, "HOME": folder / "home", **variables})
 
 
 def answer(folder, code=CALL, **variables):
-    done = python(folder, code, **variables)
-    assert (done.returncode, done.stderr) == (0, "")
-    return done.stdout
+    return process.printed_by(code, cwd=folder, env=environment(folder, **variables))
 
 
 def kernels(folder):
@@ -177,20 +163,11 @@ def test_edit_under_a_running_process_leaves_no_stale_kernel(folder):
     """The process goes on with the code that it has imported, and may not pass it off as the new one."""
     cache = folder / "kernels"
     wait = f"import collide; print(flush=True); input(); {SHOW}"
-    with subprocess.Popen(
-        [sys.executable, "-c", wait],
-        cwd=folder,
-        env=environment(folder, NUMBA_CACHE_DIR=cache),
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as process:
-        try:
-            assert process.stdout.readline() == "\n"
-            edit(folder, FORMULA, EDITED_FORMULA)
-            assert process.communicate("\n", timeout=60)[0] == ANSWER
-        finally:
-            process.kill()
+    variables = environment(folder, NUMBA_CACHE_DIR=cache)
+    with process.running(sys.executable, "-c", wait, cwd=folder, env=variables, stdin=process.PIPE) as waiting:
+        assert waiting.stdout.readline() == "\n"
+        edit(folder, FORMULA, EDITED_FORMULA)
+        assert waiting.communicate("\n", timeout=60)[0] == ANSWER
     assert answer(folder, NUMBA_CACHE_DIR=cache) == EDITED_ANSWER
 
 
@@ -477,23 +454,10 @@ def test_sources_that_cannot_be_read(folder):
 @pytest.mark.parametrize("repeat", range(10))
 def test_two_processes_may_fill_one_cache_at_once(folder, repeat):
     cache = folder / "kernels"
-    variables = environment(folder, NUMBA_CACHE_DIR=cache)
-    pair = [
-        subprocess.Popen(
-            [sys.executable, "-c", CALL],
-            cwd=folder,
-            env=variables,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        for _ in range(2)
-    ]
-    try:
-        assert [process.communicate(timeout=60) for process in pair] == [(ANSWER, "")] * 2
-    finally:
-        for process in pair:
-            process.kill()
+    options = {"cwd": folder, "env": environment(folder, NUMBA_CACHE_DIR=cache), "stderr": process.PIPE}
+    with ExitStack() as both:
+        pair = [both.enter_context(process.running(sys.executable, "-c", CALL, **options)) for _ in range(2)]
+        assert [one.communicate(timeout=60) for one in pair] == [(ANSWER, "")] * 2
     # One kernel, and no temporary file left behind.
     assert [path.suffix for path in (cache / "collide").iterdir()] == [".nbc"]
     before = kernels(cache)
@@ -512,7 +476,7 @@ def test_formulas_work_without_the_compiler(folder):
 @pytest.mark.parametrize("array", [True, False], ids=["array", "scalar"])
 def test_batch_functions_without_the_compiler_say_so(array, folder):
     code = f"import collide, numpy as np; a = np.ones(3) if {array} else 1.0; collide.resolve_1d(a, a, a, a)"
-    done = python(folder, code, NUMBA_DISABLE_JIT=1)
+    done = process.python(code, cwd=folder, env=environment(folder, NUMBA_DISABLE_JIT=1))
     assert done.returncode == 1
     last = done.stderr.splitlines()[-1]
     assert last.startswith("RuntimeError: ")
@@ -520,7 +484,6 @@ def test_batch_functions_without_the_compiler_say_so(array, folder):
 
 
 def test_import_gives_no_warning_and_compiles_nothing(folder):
-    done = python(folder, "import collide; print(collide.__file__)", "-W", "error")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout == f"{folder / 'collide' / '__init__.py'}\n"
+    code = "import collide; print(collide.__file__)"
+    assert answer(folder, code, PYTHONWARNINGS="error") == f"{folder / 'collide' / '__init__.py'}\n"
     assert kernels(folder) == {}

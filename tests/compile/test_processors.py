@@ -6,10 +6,8 @@ either that is meant, `python -m tests.compile.test_processors` prints the new G
 
 import ast
 import hashlib
-import os
 import pprint
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -18,7 +16,7 @@ import numpy as np
 import pytest
 
 import collide
-from tests.helpers import pairs
+from tests.helpers import pairs, process
 
 ROOT = Path(__file__).parents[2]
 N = 100_000
@@ -99,16 +97,8 @@ def without(features):
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_the_digests_on_others(level):
-    variables = {**os.environ, **without(LEVELS[level]), "PYTHONPATH": str(Path(collide.__file__).parents[1])}
-    done = subprocess.run(
-        [sys.executable, "-m", __name__],
-        cwd=ROOT,
-        env=variables,
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-    )
+    env = process.environment(**without(LEVELS[level]))
+    done = process.run(sys.executable, "-m", __name__, cwd=ROOT, env=env, timeout=600)
     assert (done.returncode, done.stderr) == (0, "")
     assert ast.literal_eval(done.stdout) == GOLDEN
 

@@ -1,21 +1,14 @@
 """Numbers that were printed elsewhere: textbooks, theorems, other engines' tests. See data/README.md."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import collide
 from tests.helpers.naive import EPS
+from tests.helpers.published import cases
 
-CASES = json.loads((Path(__file__).parents[1] / "data" / "published.json").read_text())
 # Contract 1 (8, and 10 in polar form) and the rounding of the decimal inputs to doubles.
 CARTESIAN_BOUND, POLAR_BOUND = 12, 16
-
-
-def cases(kind):
-    return [pytest.param(case, id=case["name"]) for case in CASES if case["kind"] == kind]
 
 
 def arguments(case):

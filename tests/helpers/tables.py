@@ -2,9 +2,6 @@
 the command line, and how a fault is said.
 """
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv
@@ -43,7 +40,6 @@ def assert_one_line(capsys, *words):
 
 
 FORMATS = (".parquet", ".arrow", ".arrows", ".csv", "")
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(collide.__file__).parents[1])}
 
 
 def write(path, columns, **options):

@@ -1,8 +1,6 @@
 """The examples, in a small version: what they print is checked, and that the picture appears."""
 
-import json
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -10,9 +8,10 @@ import numpy as np
 import pytest
 
 from collide.examples import cooling, dsmc, galperin, gas
+from tests.helpers import process
+from tests.helpers.published import cases
 
 FOLDER = Path(dsmc.__file__).parent
-CASES = json.loads((Path(__file__).parents[1] / "data" / "published.json").read_text())
 
 
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("*.py")), ids=lambda path: path.stem)
@@ -20,7 +19,7 @@ def test_each_is_short(path):
     assert len(path.read_text().splitlines()) < 100
 
 
-@pytest.mark.parametrize("case", [c for c in CASES if c["name"].startswith("galperin")], ids=lambda case: case["name"])
+@pytest.mark.parametrize("case", [case for case in cases("count") if case.id.startswith("galperin")])
 def test_galperin_counts_what_was_published(case):
     count = galperin.collisions(float(case["inputs"]["M_big"]), np.empty((1, 2)))
     assert count == case["expected"]["collisions"]
@@ -125,7 +124,6 @@ def test_an_elastic_gas_does_not_cool():
     ],
 )
 def test_wrong_arguments(name, wrong, message):
-    command = [sys.executable, "-m", f"collide.examples.{name}", *wrong]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert run.returncode == 2
-    assert message in run.stderr
+    done = process.run(sys.executable, "-m", f"collide.examples.{name}", *wrong)
+    assert done.returncode == 2
+    assert message in done.stderr

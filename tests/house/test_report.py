@@ -3,11 +3,12 @@
 import importlib.util
 import json
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tests.helpers import process
 
 ROOT = Path(__file__).parents[2]
 
@@ -72,9 +73,10 @@ def test_what_is_saved_and_compared_is_of_one_call(tmp_path):
         "def test_it(race):\n"
         "    race(lambda: time.sleep(0.004), lambda: time.sleep(0.002), 5, 4, n=8, contestant='a')\n"
     )
-    command = [sys.executable, "-m", "pytest", str(tmp_path), "--benchmark-json", str(tmp_path / "saved.json")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=True, cwd=ROOT)
-    (found,) = json.loads((tmp_path / "saved.json").read_text())["benchmarks"]
+    saved = tmp_path / "saved.json"
+    done = process.run(sys.executable, "-m", "pytest", tmp_path, "--benchmark-json", saved, cwd=ROOT)
+    assert done.returncode == 0, done.stdout
+    (found,) = json.loads(saved.read_text())["benchmarks"]
     stats, ratio = found["stats"], found["extra_info"]["as fast as the reference"]
     assert (stats["rounds"], stats["iterations"]) == (4, 5)
     assert 0.004 <= stats["min"] <= stats["median"] < 0.02

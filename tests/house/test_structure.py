@@ -2,13 +2,13 @@
 
 import ast
 import re
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 import collide
+from tests.helpers import process
 
 PACKAGE = Path(collide.__file__).parent
 # Each module imports from earlier lines only.
@@ -107,18 +107,17 @@ def test_importing_needs_numpy_and_numba_only():
         "import sys, numba; before = set(sys.modules); import collide; "
         "print(sorted({name.split('.')[0] for name in set(sys.modules) - before} - set(sys.stdlib_module_names)))"
     )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
-    assert set(ast.literal_eval(run.stdout)) <= {"collide", "llvmlite", "numba", "numpy"}
+    assert set(ast.literal_eval(process.printed_by(code))) <= {"collide", "llvmlite", "numba", "numpy"}
 
 
 def test_importing_without_docstrings():
     code = "import collide; print(collide.resolve_2d.__doc__, collide.resolve_1d(1.0, 1.0, 3.0, 5.0))"
-    run = subprocess.run([sys.executable, "-OO", "-c", code], capture_output=True, text=True, timeout=60, check=True)
-    assert run.stdout.startswith("None Velocities1D(u1=np.float64(5.0)")
+    done = process.run(sys.executable, "-OO", "-c", code)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("None Velocities1D(u1=np.float64(5.0)")
 
 
 @pytest.mark.parametrize("other", ["sys.byteorder = 'big'", "sys.maxsize = 2**31 - 1"])
 def test_other_platforms_are_refused(other):
     code = f"import sys; {other}; import collide"
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
-    assert "ImportError: collide needs a 64-bit, little-endian platform" in run.stderr
+    assert "ImportError: collide needs a 64-bit, little-endian platform" in process.python(code).stderr

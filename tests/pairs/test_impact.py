@@ -11,8 +11,8 @@ from mpmath import mpf
 
 import collide
 from collide._formulas import exact as _exact
-from tests.formulas.test_published import cases
 from tests.helpers import naive
+from tests.helpers.published import cases
 
 INF, NAN = np.inf, np.nan
 BOUND = 8  # eps, relative; the worst found in 200,000 encounters was 1.9

@@ -3,14 +3,9 @@
 Where they come is left to chance, so each test lets many come, in a process of its own that ends itself if it hangs.
 """
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 
-import collide
+from tests.helpers import process
 
 # Ends itself, and says where it was, if a call should never return. Ball 1 rebounds from a heavier one at rest.
 START = """
@@ -47,19 +42,8 @@ def in_a_call(frame):
 """
 
 
-def python(code, seed=0, **variables):
-    """What it prints; a hang, a crash and anything on stderr fail."""
-    environment = {**os.environ, "PYTHONPATH": str(Path(collide.__file__).parents[1]), **variables}
-    done = subprocess.run(
-        [sys.executable, "-c", START + code, str(seed)],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    return done.stdout
+def printed_by(code, seed=0, **variables):
+    return process.printed_by(START + code, seed, env=process.environment(**variables))
 
 
 # Many short calls, so that each step of handing out is hit; and long ones, which are still waiting for their workers
@@ -97,7 +81,7 @@ for _ in range({rounds}):
         late += any((u != before).any() for u, before in zip(out, at_once, strict=True))
 print(hits, late, right(), more)
 """
-    hits, late, usable, more = python(code, interrupts).split()
+    hits, late, usable, more = printed_by(code, interrupts).split()
     assert (int(hits), late, usable) == (rounds, "0", "True")
     assert interrupts == 1 or int(more) > 0  # or this has tested nothing
 
@@ -125,7 +109,7 @@ while len(answers) < 1500 and time.monotonic() < end:
 signal.signal(signal.SIGALRM, signal.SIG_IGN)
 print(len(answers) >= 1500, all(answers), right())
 """
-    assert python(code) == "True True True\n"
+    assert printed_by(code) == "True True True\n"
 
 
 def test_a_finalizer_may_call():
@@ -153,7 +137,7 @@ while len(answers) < 1500 and time.monotonic() < end:  # a worker may be collect
     time.sleep(0.01)
 print(len(answers), all(answers), right())
 """
-    assert python(code) == "1500 True True\n"
+    assert printed_by(code) == "1500 True True\n"
 
 
 GROWTH = """
@@ -183,7 +167,7 @@ print(kept(), threading.active_count())
 threading.stack_size(0)
 print((call().u1 == -2.0).all(), len(threads._workers) > 0)
 """
-    assert python(code) == "0 1\nTrue True\n"
+    assert printed_by(code) == "0 1\nTrue True\n"
 
 
 def test_nothing_is_kept_of_interrupted_calls():
@@ -206,7 +190,7 @@ for k in range(200):
         hits += 1
 print(hits, kept(), len(threads._workers) < 20, right())
 """
-    assert python(code) == "200 0 True True\n"
+    assert printed_by(code) == "200 0 True True\n"
 
 
 # A storm of interrupts over the first call: of compiling, or of loading what has been compiled before.
@@ -237,12 +221,11 @@ print(hits, right(), len(made) < 200, collide.resolve_2d(1.0, 1.0, 1.0, 0.0, 0.0
 
 @pytest.mark.parametrize("seed", range(2))
 def test_interrupts_while_kernels_are_compiled(seed, tmp_path):
-    variables = {"NUMBA_CACHE_DIR": str(tmp_path)}
-    hits, *answers = python(FIRST_CALL.format(seconds=4), seed, **variables).split()
+    hits, *answers = printed_by(FIRST_CALL.format(seconds=4), seed, NUMBA_CACHE_DIR=tmp_path).split()
     assert int(hits) > 3
     assert answers == ["True", "True", "1.0"]
     # And what has been kept is whole.
-    _, *answers = python(FIRST_CALL.format(seconds=0.5), seed, **variables).split()
+    _, *answers = printed_by(FIRST_CALL.format(seconds=0.5), seed, NUMBA_CACHE_DIR=tmp_path).split()
     assert answers == ["True", "True", "1.0"]
 
 
@@ -252,15 +235,7 @@ signal.signal(signal.SIGALRM, signal.default_int_handler)
 signal.setitimer(signal.ITIMER_REAL, 0.4)
 right()
 """
-    environment = {**os.environ, "PYTHONPATH": str(Path(collide.__file__).parents[1]), "NUMBA_CACHE_DIR": str(tmp_path)}
-    done = subprocess.run(
-        [sys.executable, "-c", START + code, "0"],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+    done = process.python(START + code, 0, env=process.environment(NUMBA_CACHE_DIR=tmp_path))
     assert done.stderr.splitlines()[-1] == "KeyboardInterrupt"
     # Python's status is that of SIGINT, unless code that Numba has executed since made it forget the interrupt.
     assert done.returncode in (1, -2)
@@ -301,4 +276,4 @@ for dtype, writable in itertools.product((np.float64, np.float32), (True, False)
         collide._compile.kernel.Kernel._made = make
 print("none")
 """
-    assert python(code) == "none\n"
+    assert printed_by(code) == "none\n"

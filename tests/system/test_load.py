@@ -1,11 +1,8 @@
 """Under load: many threads, many processes, event loops. Each in a process of its own, with a limit on its time."""
 
-import os
-import subprocess
 import sys
-from pathlib import Path
 
-import collide
+from tests.helpers import process
 
 # What each process runs: every function, small and large, and what it has to give.
 EVERYTHING = """
@@ -55,21 +52,6 @@ for n in (1, 50, 3000, 100_000):
 """
 
 
-def python(code, timeout):
-    """What it prints; a hang, an abort and anything on stderr fail."""
-    environment = {**os.environ, "PYTHONPATH": str(Path(collide.__file__).parents[1])}
-    done = subprocess.run(
-        [sys.executable, "-c", EVERYTHING + code],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=timeout,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    return done.stdout
-
-
 def test_thirty_two_threads_call_everything_while_the_number_of_threads_changes():
     code = """
 end, verdicts, rounds = time.monotonic() + 10, [], []
@@ -90,7 +72,7 @@ while any(thread.is_alive() for thread in threads):
     time.sleep(0.002)
 print(all(verdicts), len(verdicts) > 32)
 """
-    assert python(code, timeout=120) == "True True\n"
+    assert process.printed_by(EVERYTHING + code) == "True True\n"
 
 
 def test_calls_from_pool_workers_and_event_loops():
@@ -109,7 +91,7 @@ async def several():
 
 print(nested(2), all(asyncio.run(several())))
 """
-    assert python(code, timeout=120) == "True True\n"
+    assert process.printed_by(EVERYTHING + code) == "True True\n"
 
 
 def test_fifty_forked_children_after_use():
@@ -127,7 +109,7 @@ for k in range(50):
     codes.append(os.waitpid(child, 0)[1])
 print(codes == [0] * 50)
 """
-    assert python(code, timeout=180) == "True\n"
+    assert process.printed_by(EVERYTHING + code, timeout=180) == "True\n"
 
 
 def test_fifty_tasks_in_spawned_processes(tmp_path):
@@ -144,10 +126,7 @@ if __name__ == "__main__":
 """
     script = tmp_path / "main.py"
     script.write_text(EVERYTHING + code)
-    environment = {**os.environ, "PYTHONPATH": str(Path(collide.__file__).parents[1])}
-    done = subprocess.run(
-        [sys.executable, script], env=environment, capture_output=True, text=True, timeout=240, check=False
-    )
+    done = process.run(sys.executable, script, timeout=240)
     assert (done.returncode, done.stdout, done.stderr) == (0, "True\n", "")
 
 
@@ -160,4 +139,4 @@ daemon = threading.Thread(target=lambda: [right(CALLS) for _ in range(10_000)], 
 daemon.start()
 time.sleep(0.5)
 """
-    assert python(code, timeout=60) == "True\n"
+    assert process.printed_by(EVERYTHING + code) == "True\n"

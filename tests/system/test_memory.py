@@ -3,15 +3,11 @@
 In processes of their own: an access beyond an array ends the process, and the peak of a process is its own.
 """
 
-import os
-import subprocess
-import sys
-import textwrap
-from pathlib import Path
+import signal
 
 import pytest
 
-import collide
+from tests.helpers import process
 
 GUARDED = """
 import ctypes
@@ -117,100 +113,85 @@ print("untouched")
 """
 
 
-def run(code, *arguments, timeout=300):
-    environment = {**os.environ, "PYTHONPATH": str(Path(collide.__file__).parents[1])}
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(code), *arguments],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=timeout,
-        check=False,
-    )
-    assert done.returncode == 0, f"exit code {done.returncode}: {done.stderr[-2000:]}"
-    return done.stdout
-
-
 @pytest.mark.parametrize("dtype", ["f8", "f4"])
 @pytest.mark.parametrize("function", ["resolve_1d", "resolve_2d", "resolve_polar", "impulse_2d", "time_of_impact"])
 def test_no_batch_touches_what_lies_beside_its_arrays(function, dtype):
-    assert run(GUARDED + BATCHES, function, dtype) == "untouched\n"
+    assert process.printed_by(GUARDED + BATCHES, function, dtype, timeout=300) == "untouched\n"
 
 
 def test_neither_do_contacts_nor_what_they_use_on_the_way():
-    assert run(GUARDED + CONTACTS) == "untouched\n"
+    assert process.printed_by(GUARDED + CONTACTS, timeout=300) == "untouched\n"
 
 
 def test_the_guard_bites():
     code = "a = at_end(np.zeros(3), guarded(24))\nctypes.string_at(a.ctypes.data, 25)"
-    with pytest.raises(AssertionError, match="exit code -11"):
-        run(GUARDED + code)
+    assert process.python(GUARDED + code).returncode == -signal.SIGSEGV
 
 
 @pytest.mark.parametrize("in_place", [True, False])
 @pytest.mark.parametrize("function", ["resolve_2d", "resolve_polar"])
 def test_ten_million_pairs_need_no_memory_but_the_arrays(function, in_place):
     code = """
-    import resource
-    import sys
-    import numpy as np
-    import collide
+import resource
+import sys
+import numpy as np
+import collide
 
-    function, n = getattr(collide, sys.argv[1]), 10_000_000
-    rng = np.random.default_rng(0)
-    columns = [rng.random(n) for _ in range(8 if sys.argv[1] == "resolve_2d" else 7)]
-    out = tuple(columns[2:6]) if sys.argv[2] == "True" else tuple(np.ones(n) for _ in range(4))
-    few = [c[:100_000].copy() for c in columns]
-    function(*few, out=tuple(c.copy() for c in few[:4]))  # compiled, and all threads at work
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    function(*columns, out=out, invalid="keep")
-    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
-    """
-    assert int(run(code, function, str(in_place))) <= 20 * 1024
+function, n = getattr(collide, sys.argv[1]), 10_000_000
+rng = np.random.default_rng(0)
+columns = [rng.random(n) for _ in range(8 if sys.argv[1] == "resolve_2d" else 7)]
+out = tuple(columns[2:6]) if sys.argv[2] == "True" else tuple(np.ones(n) for _ in range(4))
+few = [c[:100_000].copy() for c in columns]
+function(*few, out=tuple(c.copy() for c in few[:4]))  # compiled, and all threads at work
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+function(*columns, out=out, invalid="keep")
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+"""
+    assert int(process.printed_by(code, function, in_place)) <= 20 * 1024
 
 
 def test_a_hundred_thousand_small_calls_leave_nothing_behind():
     code = """
-    import gc
-    import resource
-    import tracemalloc
-    import numpy as np
-    import collide
+import gc
+import resource
+import tracemalloc
+import numpy as np
+import collide
 
-    rng = np.random.default_rng(0)
-    c = rng.uniform(0.5, 2.0, (9, 5))
-    x, y = rng.uniform(0, 5, (2, 5))
-    vx, vy = rng.normal(size=(2, 5))
-    out = tuple(np.empty(5) for _ in range(4))
+rng = np.random.default_rng(0)
+c = rng.uniform(0.5, 2.0, (9, 5))
+x, y = rng.uniform(0, 5, (2, 5))
+vx, vy = rng.normal(size=(2, 5))
+out = tuple(np.empty(5) for _ in range(4))
 
-    def calls(times):
-        for _ in range(times):
-            collide.resolve_1d(*c[:4])
-            collide.resolve_2d(*c[:8], out=out)
-            collide.resolve_polar(*c[:7], restitution=0.5)
-            collide.impulse_2d(*c[:8], approaching_only=True)
-            collide.time_of_impact(*c[:5])
-            collide.resolve_2d(*c[:7], c[7].astype(np.float32), invalid="nan")
-            i, j = collide.find_contacts(x, y, 1.0)
-            collide.resolve_contacts(i, j, 1.0, x, y, vx, vy)
-            try:
-                collide.resolve_1d(-1.0, *c[1:4])
-            except collide.InvalidPairError:
-                pass
+def calls(times):
+    for _ in range(times):
+        collide.resolve_1d(*c[:4])
+        collide.resolve_2d(*c[:8], out=out)
+        collide.resolve_polar(*c[:7], restitution=0.5)
+        collide.impulse_2d(*c[:8], approaching_only=True)
+        collide.time_of_impact(*c[:5])
+        collide.resolve_2d(*c[:7], c[7].astype(np.float32), invalid="nan")
+        i, j = collide.find_contacts(x, y, 1.0)
+        collide.resolve_contacts(i, j, 1.0, x, y, vx, vy)
+        try:
+            collide.resolve_1d(-1.0, *c[1:4])
+        except collide.InvalidPairError:
+            pass
 
-    calls(500)
-    tracemalloc.start()
-    calls(100)
-    gc.collect()
-    before = tracemalloc.get_traced_memory()[0]
-    calls(3000)
-    gc.collect()
-    grown = tracemalloc.get_traced_memory()[0] - before
-    tracemalloc.stop()
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    calls(8000)
-    print(grown, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak)
-    """
-    grown, peak = map(int, run(code).split())
+calls(500)
+tracemalloc.start()
+calls(100)
+gc.collect()
+before = tracemalloc.get_traced_memory()[0]
+calls(3000)
+gc.collect()
+grown = tracemalloc.get_traced_memory()[0] - before
+tracemalloc.stop()
+peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+calls(8000)
+print(grown, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak)
+"""
+    grown, peak = map(int, process.printed_by(code, timeout=300).split())
     assert grown < 3000 * 20  # bytes: the caches of NumPy fill up to 40,000 in the end, and no more
     assert peak < 2048  # KiB

@@ -3,18 +3,16 @@
 import _thread
 import functools
 import os
-import subprocess
-import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import collide
 from collide._system import threads as _threads
+from tests.helpers import process
 
 pytestmark = pytest.mark.usefixtures("keep_threads")
 
@@ -41,20 +39,8 @@ def same(a, b):
     return all(x.tobytes() == y.tobytes() for x, y in zip(a, b, strict=True))
 
 
-def python(code, *arguments, threads=None, timeout=60):
-    """A process that finds the package where these tests found it; COLLIDE_NUM_THREADS is `threads`."""
-    environment = {**os.environ, "PYTHONPATH": str(Path(collide.__file__).parents[1])}
-    environment.pop("COLLIDE_NUM_THREADS", None)
-    if threads is not None:
-        environment["COLLIDE_NUM_THREADS"] = threads
-    return subprocess.run(
-        [sys.executable, "-c", code, *arguments],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=timeout,
-        check=False,
-    )
+def python(code, threads=None):
+    return process.python(code, env=process.environment(COLLIDE_NUM_THREADS=threads))
 
 
 # The subprocesses' own batch: two threads, and ball 1 rebounds from a heavier one at rest.

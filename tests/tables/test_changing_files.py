@@ -4,15 +4,14 @@ its own, which a signal (SIGBUS) would end.
 
 import json
 import os
-import subprocess
-import sys
 import zipfile
 
 import numpy as np
 import pytest
 
 from collide._tables import arrow_files, numpy_files
-from tests.helpers.tables import ENVIRONMENT, FORMATS, LINE, assert_refused, resolve, write
+from tests.helpers import process
+from tests.helpers.tables import FORMATS, LINE, assert_refused, resolve, write
 
 MANY = {name: np.resize(column, 30_000) for name, column in LINE.items()}  # a hundred blocks
 
@@ -71,10 +70,7 @@ def changed(request, tmp_path):
     (tmp_path / "out").mkdir()
     source, target = tmp_path / f"pairs{request.param}", tmp_path / "out" / f"after{request.param}"
     write(source, MANY)
-    command = [sys.executable, "-c", CHANGING, str(source), str(target)]
-    done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, timeout=120, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
-    return source, json.loads(done.stdout)
+    return source, json.loads(process.printed_by(CHANGING, source, target))
 
 
 def test_a_file_that_changes_while_it_is_read(changed):

@@ -7,7 +7,6 @@ import pty
 import re
 import shutil
 import struct
-import subprocess
 import sys
 import termios
 import threading
@@ -24,8 +23,8 @@ import pytest
 
 import collide
 from collide._tables import arrow_files, by_name, ipc_files, stream
+from tests.helpers import process
 from tests.helpers.tables import (
-    ENVIRONMENT,
     FORMATS,
     FORMS,
     LINE,
@@ -268,8 +267,8 @@ def on_a_terminal(source, target, *options):
     """What the command shows on a terminal of 100 columns."""
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 24, 100, 0, 0))
-    command = [sys.executable, "-m", "collide", "resolve", str(source), "-o", str(target), *options]
-    with subprocess.Popen(command, env=ENVIRONMENT, stdout=theirs, stderr=theirs) as process:
+    command = sys.executable, "-m", "collide", "resolve", source, "-o", target, *options
+    with process.running(*command, stdout=theirs, stderr=theirs) as showing:
         os.close(theirs)
         shown = b""
         while True:
@@ -279,7 +278,7 @@ def on_a_terminal(source, target, *options):
                 break
             shown += part
         os.close(ours)
-    assert process.returncode == 0
+        assert showing.wait(timeout=60) == 0
     return shown.decode()
 
 
@@ -515,8 +514,7 @@ def test_an_input_of_no_known_format(tmp_path, capsys):
 def test_without_pyarrow_it_is_said(tmp_path):
     source = write(tmp_path / "a.parquet", LINE)
     code = "import sys; sys.modules['pyarrow'] = None; from collide.__main__ import main; sys.exit(main(sys.argv[1:]))"
-    command = [sys.executable, "-c", code, "resolve", str(source), "-o", str(tmp_path / "b.parquet")]
-    done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, timeout=60, check=False)
+    done = process.python(code, "resolve", source, "-o", tmp_path / "b.parquet")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == f"collide: {source}: needs pyarrow: pip install pyarrow\n"
 
@@ -710,9 +708,8 @@ def test_nested_parts_keep_their_names_and_codecs(tmp_path):
 
 def test_a_report_that_nobody_can_read_is_no_failure(tmp_path):
     source, target = write(tmp_path / "a", LINE), tmp_path / "b"
-    command = [sys.executable, "-m", "collide", "resolve", str(source), "-o", str(target)]
     with Path("/dev/full").open("w") as full:
-        done = subprocess.run(command, env=ENVIRONMENT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        done = process.run(sys.executable, "-m", "collide", "resolve", source, "-o", target, stdout=full)
     assert (done.returncode, done.stderr) == (0, "collide: standard output: No space left on device\n")
     assert set(read(target)) == {*LINE, "u1", "u2"}
 
@@ -784,9 +781,8 @@ def test_memory_does_not_grow_with_the_file(paths):
     peaks = []
     for n in (200_000, 700_000) if paths[0].suffix == ".csv" else (300_000, 5_000_000):
         big(paths[0], n)
-        command = [sys.executable, "-c", PEAK, "resolve", str(paths[0]), "-o", str(paths[1]), "--quiet", "--overwrite"]
-        done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, timeout=300, check=True)
-        peaks.append(int(done.stdout))
+        command = "resolve", paths[0], "-o", paths[1], "--quiet", "--overwrite"
+        peaks.append(int(process.printed_by(PEAK, *command, timeout=300)))
         if paths[0].is_dir():
             shutil.rmtree(paths[0])
     # The larger files are of 320 MB (CSV 100 MB), their outputs of half as much again.

@@ -1,7 +1,6 @@
 """What becomes of the output: it appears whole or not at all, and replaces only what it is meant to replace."""
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -9,8 +8,8 @@ import numpy as np
 import pytest
 
 from collide._tables import replacement
+from tests.helpers import process
 from tests.helpers.tables import (
-    ENVIRONMENT,
     FORMATS,
     LINE,
     N,
@@ -104,12 +103,10 @@ def test_a_full_disk(paths, capsys):
     limit = 9000 if paths[0].is_dir() else 30_000
     small = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))"
     command = f"{small}; import sys; from collide.__main__ import main; sys.exit(main(sys.argv[1:]))"
-    arguments = [sys.executable, "-c", command, "resolve", str(paths[0]), "-o", str(paths[1]), "--overwrite"]
     if paths[0].is_dir():
         np.save(paths[0] / "m1.npy", np.ones(N, np.float32))  # so that its copy fits, and a result does not
         np.save(paths[0] / "other.npy", np.ones(2 * N))
-    environment = {**ENVIRONMENT, "NUMBA_CACHE_DIR": os.environ["NUMBA_CACHE_DIR"]}
-    done = subprocess.run(arguments, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    done = process.python(command, "resolve", paths[0], "-o", paths[1], "--overwrite")
     assert done.returncode == 1
     assert done.stderr == f"collide: {paths[1]}: File too large\n"
     np.testing.assert_array_equal(np.asarray(read(paths[1])["old"]), LINE["m1"])
@@ -142,14 +139,11 @@ sys.exit(main(sys.argv[1:-1]))
 def test_a_run_that_is_stopped_leaves_the_old_output(how, status, paths):
     write(paths[0], LINE)
     write(paths[1], {"old": LINE["m1"]})
-    command = [sys.executable, "-c", STOPPED, "resolve", str(paths[0]), "-o", str(paths[1]), "--overwrite", how]
-    with subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout.readline() == "writing\n"
-            getattr(process, how)()
-            assert process.wait(timeout=60) == status
-        finally:
-            process.kill()
+    command = sys.executable, "-c", STOPPED, "resolve", paths[0], "-o", paths[1], "--overwrite", how
+    with process.running(*command) as stopped:
+        assert stopped.stdout.readline() == "writing\n"
+        getattr(stopped, how)()
+        assert stopped.wait(timeout=60) == status
     np.testing.assert_array_equal(np.asarray(read(paths[1])["old"]), LINE["m1"])
     if how == "terminate":
         assert list(paths[1].parent.iterdir()) == [paths[1]]
