@@ -12,6 +12,7 @@ import collide
 from collide._contacts import grid as _grid
 from collide._contacts import search as _search
 from tests.helpers import naive
+from tests.helpers.sizes import sizes
 
 
 def check(x, y, radius, **options):
@@ -106,9 +107,10 @@ def test_positions_of_any_size(points, data):
 
 @pytest.mark.parametrize("far", [1e4, 1e9, 1e16, 1e30, 1e300])
 @pytest.mark.parametrize("axis", [0, 1])
-def test_a_ball_in_the_far_distance(far, axis):
+@sizes(usual=20_000, campaign=100_000)
+def test_a_ball_in_the_far_distance(far, axis, size):
     rng = np.random.default_rng(2)
-    n = 100_000
+    n = size
     x, y, _ = scatter(n, 0.4, rng)
     near = collide.find_contacts(x, y, 1.0)
     (x, y)[axis][0] = far

@@ -25,25 +25,10 @@ import pytest
 
 import collide
 from tests.helpers import climb, naive, pairs
+from tests.helpers.sizes import sizes
 
-N = 200_000
 # In 2**-52 of the pair's largest velocity component before or after, times climb.allowance(e).
 BOUND = {"resolve_2d": 8.0, "resolve_polar": 10.0, "resolve_1d": 8.0}
-
-
-def before_of(name, row):
-    if name == "resolve_polar":
-        return [*naive.polar_to_cartesian(row[2], row[3]), *naive.polar_to_cartesian(row[4], row[5])]
-    return row[2:4] if name == "resolve_1d" else row[2:6]
-
-
-def row_error(name, row, got):
-    return naive.error_in_eps(got, getattr(naive, name)(*row), before_of(name, row))
-
-
-def worst_of(job):
-    name, rows, results = job
-    return max((row_error(name, row, got), row) for row, got in zip(rows, results, strict=True))
 
 
 def worst_error(name, columns):
@@ -51,41 +36,45 @@ def worst_error(name, columns):
     *inputs, e = columns
     results = np.array(getattr(collide, name)(*inputs, restitution=e)).T.tolist()
     rows = np.array(columns).T.tolist()
-    jobs = [(name, rows[i : i + 5000], results[i : i + 5000]) for i in range(0, len(rows), 5000)]
-    # spawn: the children need mpmath only, and forking a process with threads is deprecated
+    jobs = [(name, rows[i : i + 2000], results[i : i + 2000]) for i in range(0, len(rows), 2000)]
+    # spawn: the children need mpmath only, and forking a process with threads is deprecated.
     with multiprocessing.get_context("spawn").Pool(os.cpu_count()) as pool:
-        return max(pool.imap_unordered(worst_of, jobs))
+        return max(pool.imap_unordered(naive.worst, jobs))
 
 
-def test_cartesian():
-    error, row = worst_error("resolve_2d", pairs.cartesian(N, 1))
-    print(f"worst of {N} pairs: {error:.2f} eps, at {row}")
+@sizes(usual=5000, campaign=200_000)
+def test_cartesian(size):
+    error, row = worst_error("resolve_2d", pairs.cartesian(size, 1))
+    print(f"worst of {size} pairs: {error:.2f} eps, at {row}")
     assert error <= BOUND["resolve_2d"]
 
 
-def test_polar():
-    error, row = worst_error("resolve_polar", pairs.polar(N, 2))
-    print(f"worst of {N} pairs: {error:.2f} eps, at {row}")
+@sizes(usual=5000, campaign=200_000)
+def test_polar(size):
+    error, row = worst_error("resolve_polar", pairs.polar(size, 2))
+    print(f"worst of {size} pairs: {error:.2f} eps, at {row}")
     assert error <= BOUND["resolve_polar"]
 
 
-def test_line():
-    m1, m2, v1, v2, *_, e = pairs.cartesian(N // 4, 3)
+@sizes(usual=5000, campaign=50_000)
+def test_line(size):
+    m1, m2, v1, v2, *_, e = pairs.cartesian(size, 3)
     error, row = worst_error("resolve_1d", (m1, m2, v1, v2, e))
-    print(f"worst of {N // 4} pairs: {error:.2f} eps, at {row}")
+    print(f"worst of {size} pairs: {error:.2f} eps, at {row}")
     assert error <= BOUND["resolve_1d"]
 
 
 @pytest.mark.parametrize("kind", climb.RESTITUTIONS)
 @pytest.mark.parametrize("name", BOUND)
-def test_climbs_to_the_worst_case(name, kind):
-    """Of the formula before, the first of these finds 8.96 in the plane; one of 12 million candidates found 9.6."""
-    climbs = [climb.climb(name, kind, seed, wide=wide) for seed, wide in ((0, False), (3, False), (0, True))]
+@sizes(usual=200_000, campaign=4_000_000)
+def test_climbs_to_the_worst_case(name, kind, size):
+    """Of the formula before, the campaign finds 8.96 in the plane; one of 12 million candidates found 9.6."""
+    climbs = [climb.climb(name, kind, seed, size, wide=wide) for seed, wide in ((0, False), (3, False), (0, True))]
     error, row = max((error, pair.tolist()) for error, pair in climbs)
     print(f"{name}, e {kind}: worst found {error:.2f} eps, at {row}")
     assert 2.0 < error <= BOUND[name]
     got = [float(u) for u in getattr(collide, name)(*row[:-1], restitution=row[-1])]
-    assert row_error(name, row, got) / climb.allowance(row[-1]) == pytest.approx(error, rel=0.01)
+    assert naive.row_error(name, row, got) / climb.allowance(row[-1]) == pytest.approx(error, rel=0.01)
 
 
 @pytest.mark.parametrize("kind", climb.RESTITUTIONS)
@@ -97,7 +86,7 @@ def test_climbs_are_ranked_as_50_digits_would(name, kind):
     assert np.mean(errors >= 0.0) > 0.9
     for row, u, error in zip(c.T.tolist(), got, errors, strict=True):
         if error >= 0.0:
-            assert row_error(name, row, u) / climb.allowance(row[-1]) == pytest.approx(error, rel=0.01, abs=0.01)
+            assert naive.row_error(name, row, u) / climb.allowance(row[-1]) == pytest.approx(error, rel=0.01, abs=0.01)
 
 
 # What climbs found of the formula before: 8.96 eps.
@@ -110,7 +99,7 @@ KNOWN = [[float(x) for x in _STEEP.split()], *([1.0, 1.0, 0.1, 0.3, 0.0, 0.0, 3.
 @pytest.mark.parametrize("row", KNOWN)
 def test_known_cases(row):
     got = collide.resolve_2d(*row[:-1], restitution=row[-1])
-    assert row_error("resolve_2d", row, got) <= 4.0
+    assert naive.row_error("resolve_2d", row, got) <= 4.0
 
 
 def test_masses_and_normals_at_the_ends_of_the_range():
@@ -121,14 +110,15 @@ def test_masses_and_normals_at_the_ends_of_the_range():
             for nx in (3 * sizes[0], sizes[2], sizes[4], sizes[6]):
                 row = [m1, m2, 1.0, 0.5, -0.25, 2.0, nx, -nx / 3, 1.0]
                 got = collide.resolve_2d(*row[:-1])
-                assert row_error("resolve_2d", row, got) <= BOUND["resolve_2d"], row
+                assert naive.row_error("resolve_2d", row, got) <= BOUND["resolve_2d"], row
 
 
 @pytest.mark.parametrize("name", ["resolve_2d", "resolve_1d"])
-def test_the_whole_range(name):
+@sizes(usual=3000, campaign=20_000)
+def test_the_whole_range(name, size):
     """Masses and normals of any size, subnormal ones too, and speeds from 1e-290 to 1e290."""
     rng = np.random.default_rng(9)
-    n = 20_000
+    n = size
     m = np.ldexp(rng.uniform(0.5, 1, (2, n)), rng.integers(-1074, 1025, (2, n)))
     beside = rng.random(n) < 0.5
     m[1, beside] = m[0, beside] * rng.uniform(0.5, 1, beside.sum())
@@ -140,7 +130,7 @@ def test_the_whole_range(name):
     c = [*m, *v, *normals] if name == "resolve_2d" else [*m, *v[:2]]
     got = np.array(getattr(collide, name)(*c, restitution=0.75)).T.tolist()
     for row, u in zip(np.array([*c, np.full(n, 0.75)]).T.tolist(), got, strict=True):
-        assert row_error(name, row, u) <= 6.0, row
+        assert naive.row_error(name, row, u) <= 6.0, row
 
 
 @pytest.mark.parametrize("length", [5e-324, 1e-310, 1e-300, 1e-200, 1e-100, 1e-59, 1.0, 1e59, 1e100, 1e200, 1e300])
@@ -149,7 +139,7 @@ def test_neither_speed_nor_length_depends_on_the_other(length, speed):
     for m2 in (1.0, 1e-300):
         row = [1.0, m2, 0.3 * speed, 0.1 * speed, speed, 0.0, length, 0.7 * length, 0.5]
         got = collide.resolve_2d(*row[:-1], restitution=0.5)
-        assert row_error("resolve_2d", row, got) <= BOUND["resolve_2d"]
+        assert naive.row_error("resolve_2d", row, got) <= BOUND["resolve_2d"]
 
 
 def test_equal_masses_exchange_their_velocities_exactly():

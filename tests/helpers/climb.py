@@ -268,13 +268,13 @@ def mutants(rng, name, kind, parents, n):
     return c
 
 
-def climb(name, kind, seed, *, wide=False, n_random=800_000, n_mutants=3_200_000, batch=100_000, measure=errors_of):
-    """The largest error found, and its pair."""
+def climb(name, kind, seed, size=4_000_000, *, wide=False, batch=100_000):
+    """The largest error found among so many candidates, a fifth of them random, and its pair."""
     rng = np.random.default_rng(seed)
     best, worst = np.empty((N_COLUMNS[name], 0)), np.empty(0)
-    for k in range(0, n_random + n_mutants, batch):
-        c = starts(rng, name, kind, batch, wide) if k < n_random else mutants(rng, name, kind, best, batch)
-        errors = measure(name, c)
+    for k in range(0, size, batch):
+        c = starts(rng, name, kind, batch, wide) if k < size // 5 else mutants(rng, name, kind, best, batch)
+        errors = errors_of(name, c)
         some = np.argpartition(errors, -N_PARENTS)[-N_PARENTS:]
         best, worst = np.append(best, c[:, some], axis=1), np.append(worst, errors[some])
         _, first = np.unique(worst, return_index=True)  # no twins

@@ -77,6 +77,23 @@ def error_in_eps(got, exact, before):
     return float(max(abs(mpf(float(g)) - x) for g, x in zip(got, exact, strict=True)) / scale / EPS)
 
 
+def velocities_before(name, row):
+    """The components before the collision, of a row of the arguments of the function of that name."""
+    if name == "resolve_polar":
+        return [*polar_to_cartesian(*row[2:4]), *polar_to_cartesian(*row[4:6])]
+    return row[2:4] if name == "resolve_1d" else row[2:6]
+
+
+def row_error(name, row, got):
+    return error_in_eps(got, globals()[name](*row), velocities_before(name, row))
+
+
+def worst(job):
+    """The largest error of some rows, and which it is of."""
+    name, rows, results = job
+    return max((row_error(name, row, got), row) for row, got in zip(rows, results, strict=True))
+
+
 def ulps(got, exact):
     """The distance of a float64 from an exact value, in units in the last place of the exact value."""
     if exact == 0:

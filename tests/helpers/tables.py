@@ -9,7 +9,6 @@ import pyarrow.parquet as pq
 
 import collide
 from collide.__main__ import main
-from collide._tables import arrow_files, csv_files, stream
 
 N = 1000
 RNG = np.random.default_rng(0)
@@ -73,24 +72,29 @@ def read(path):
         return opened(file).read_all()
 
 
-def resolve(source, target, *options):
+def status(*arguments):
+    """The exit status, which is argparse's own way to end on some errors."""
     try:
-        return main([str(a) for a in ("resolve", source, "-o", target, *options)])
+        return main([str(argument) for argument in arguments])
     except SystemExit as end:
         return end.code
 
 
-ROWS = 300
-
-
-def make_small_blocks(monkeypatch):
-    """So that a table of a thousand rows has several."""
-    monkeypatch.setattr(stream, "ROWS", ROWS)
-    monkeypatch.setattr(arrow_files, "BLOCK_BYTES", 1 << 15)
-    monkeypatch.setattr(csv_files, "_TEXT_BYTES", 1 << 14)
+def resolve(source, target, *options):
+    return status("resolve", source, "-o", target, *options)
 
 
 def assert_refused(capsys, target, *words):
     assert_one_line(capsys, *words)
     assert not list(target.parent.glob(".*"))  # nothing is left behind
     assert not target.exists()
+
+
+FOREIGN = {
+    "name": pa.array(["red", "grün", "", "a,b", 'say "so"', "two\nlines", "007", " x ", None, "1.50"] * (N // 10)),
+    "tags": pa.array([[1, 2], None, [], [3], [4, 5]] * (N // 5)),
+    "kind": pa.array(["x", "y"] * (N // 2)).dictionary_encode(),
+    "when": pa.array([0, None] * (N // 2), pa.timestamp("us", tz="UTC")),
+    "nested": pa.array([{"a": 1, "b": None}, {"a": 2, "b": "c"}] * (N // 2)),
+    "price": pa.array([None, "1.25"] * (N // 2), pa.string()).cast(pa.decimal128(9, 2)),
+}

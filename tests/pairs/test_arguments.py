@@ -1,34 +1,11 @@
-"""The facade: dtypes, broadcasting, out, overlap, and errors that name the argument, the value and the rule."""
-
-import tracemalloc
+"""The facade: dtypes, broadcasting, shapes, and errors that name the argument, the value and the rule."""
 
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.lib.stride_tricks import as_strided
 
 import collide
-
-SMALL, LARGE = 37, 20_011  # below and above what is copied rather than looked at for overlap; several blocks
-
-
-def columns(n, seed=0):
-    rng = np.random.default_rng(seed)
-    return [rng.uniform(0.1, 5, n) for _ in range(2)] + [rng.uniform(-5, 5, n) for _ in range(6)]
-
-
-def reference(*c, e=1.0):
-    """The textbook's vector form in NumPy."""
-    m1, m2, v1x, v1y, v2x, v2y, nx, ny = (np.asarray(x, np.float64) for x in c)
-    q = (1 + e) * ((v1x - v2x) * nx + (v1y - v2y) * ny) / ((m1 + m2) * (nx * nx + ny * ny))
-    return v1x - m2 * q * nx, v1y - m2 * q * ny, v2x + m1 * q * nx, v2y + m1 * q * ny
-
-
-def check(got, want, dtype=np.float64, rtol=1e-12):
-    for u, w in zip(got, want, strict=True):
-        assert u.dtype == dtype
-        assert u.shape == np.shape(w)
-        np.testing.assert_allclose(u, w, rtol=rtol, atol=rtol * 10)
+from tests.helpers.textbook import LARGE, SMALL, check, columns, reference
 
 
 @pytest.mark.parametrize("n", [SMALL, LARGE])
@@ -141,19 +118,6 @@ def test_more_elements_than_memory_has_addresses():
         collide.resolve_1d(1.0, 1.0, np.broadcast_to(np.int8(1), (1 << 61,)), 0.0)
 
 
-@pytest.mark.parametrize("name", ["resolve_1d", "resolve_2d", "resolve_polar", "impulse_2d"])
-def test_two_immovable_balls_that_do_not_approach_are_left_alone(name):
-    """As the docstrings say, on a line too."""
-    function = getattr(collide, name)
-    between = {"resolve_1d": (0.0,), "resolve_polar": (0.0, 1.0, 0.0, 0.0)}.get(name, (0.0, 1.0, 0.0, 1.0, 0.0))
-    u = function([np.inf], [np.inf], [-1.0], *between, approaching_only=True)
-    assert (u[0] if name.startswith("resolve") else u - 1.0) == [-1.0]
-    for approaching_only, v in ((True, 2.0), (False, -1.0)):
-        with pytest.raises(collide.InvalidPairError, match="m1 = m2 = inf"):
-            function([np.inf], [np.inf], [v], *between, approaching_only=approaching_only)
-    assert "two immovable balls among" in function.__doc__
-
-
 def test_empty():
     for shape in ((0,), (3, 0)):
         u = collide.resolve_2d(np.empty(shape), 1, 1, 1, np.empty(shape), 1, 1, 1)
@@ -186,73 +150,6 @@ def test_inputs_are_not_touched():
         collide.resolve_2d(*c)
         for x, y in zip(c, copies, strict=True):
             np.testing.assert_array_equal(x, y)
-
-
-@pytest.mark.parametrize("n", [1, SMALL, LARGE])
-def test_out(n):
-    c = columns(n)
-    out = tuple(np.empty(n) for _ in range(4))
-    got = collide.resolve_2d(*c, out=out)
-    assert all(u is o for u, o in zip(got, out, strict=True))
-    check(out, collide.resolve_2d(*c), rtol=0)
-
-
-def test_out_of_an_earlier_result():
-    c = columns(SMALL)
-    result = collide.resolve_2d(*c)
-    again = collide.resolve_2d(*c, out=result)
-    assert all(a is b for a, b in zip(again, result, strict=True))
-    check(again, reference(*c))
-    row = [x[None, :] for x in c]
-    out = tuple(np.empty((1, SMALL)) for _ in range(4))
-    check([u[0] for u in collide.resolve_2d(*row, out=out)], reference(*c))
-
-
-def test_out_of_other_layouts():
-    c = columns(LARGE - LARGE % 4)
-    want = collide.resolve_2d(*c)
-    table = np.empty((c[0].size, 4))
-    check(collide.resolve_2d(*c, out=tuple(table.T)), want, rtol=0)
-    blocks = [x.reshape(4, -1) for x in c]
-    out = tuple(np.empty((4, c[0].size // 4), order="F") for _ in range(4))
-    check(collide.resolve_2d(*blocks, out=out), [w.reshape(4, -1) for w in want], rtol=0)
-    out = np.empty(()), np.empty(())
-    collide.resolve_1d(1, 1, 2, 3, out=out)
-    assert (out[0], out[1]) == (3, 2)
-
-
-@pytest.mark.parametrize("n", [SMALL, LARGE])
-@pytest.mark.parametrize("order", [(2, 3, 4, 5), (4, 5, 2, 3), (0, 7, 6, 1)])
-def test_in_place_in_any_order(n, order):
-    c = columns(n)
-    want = collide.resolve_2d(*c)
-    check(collide.resolve_2d(*c, out=tuple(c[i] for i in order)), want, rtol=0)
-
-
-@pytest.mark.parametrize("n", [SMALL, LARGE])
-@pytest.mark.parametrize("shift", [-9, -1, 1, 9, 10_000])
-def test_any_other_overlap_gives_what_copies_would(n, shift):
-    pool = np.random.default_rng(3).uniform(0.1, 5, 2 * n + 2 * abs(shift))
-    base = abs(shift)
-    view = pool[base : base + n]
-    other = [x.copy() for x in columns(n)]
-    want = collide.resolve_2d(view.copy(), *other[1:])
-    out = (pool[base + shift : base + shift + n], *(np.empty(n) for _ in range(3)))
-    check(collide.resolve_2d(view, *other[1:], out=out), want, rtol=0)
-
-
-@pytest.mark.parametrize("n", [SMALL, LARGE])
-def test_overlap_of_other_kinds(n):
-    c = columns(n)
-    want = collide.resolve_2d(*c)
-    table = np.stack(c, axis=1)
-    check(collide.resolve_2d(*table.T, out=tuple(table.T[2:6])), want, rtol=0)  # in place in a table
-    backwards = c[2].copy()
-    got = collide.resolve_2d(c[0], c[1], backwards[::-1], *c[3:], out=(backwards, *(np.empty(n) for _ in range(3))))
-    check(got, collide.resolve_2d(c[0], c[1], c[2][::-1], *c[3:]), rtol=0)
-    scalar = c[2].copy()  # a size-1 view of an output
-    got = collide.resolve_2d(*c[:2], scalar[:1], *c[3:], out=(scalar, *(np.empty(n) for _ in range(3))))
-    check(got, collide.resolve_2d(*c[:2], c[2][0], *c[3:]), rtol=0)
 
 
 ONE = np.ones(3)
@@ -358,42 +255,6 @@ def test_shapes_of_one_size():
     np.testing.assert_array_equal(u2, np.broadcast_to(v1, (3, 3)))
 
 
-def test_large_results_lie_to_the_cache_lines_as_their_inputs_do():
-    n = 1 << 20
-    for odd in range(0, 64, 8):
-        v1 = np.zeros(n + 16)
-        v1 = v1[(odd - v1.ctypes.data) % 64 // 8 :][:n]
-        for u in collide.resolve_1d(1.0, 1.0, v1, 0.0):
-            assert u.ctypes.data % 64 == odd
-
-
-def test_one_array_twice_is_refused_even_if_empty():
-    u = np.empty(0)
-    with pytest.raises(ValueError, match=r"out\[0\] and out\[1\] share memory"):
-        collide.resolve_1d([], [], [], [], out=(u, u))
-
-
-def test_outputs_whose_overlap_is_too_hard_to_tell_are_refused():
-    memory, shape = np.zeros(1_100_000), (27, 5, 18)
-    u1 = as_strided(memory, shape, [8 * k for k in (3552, 14755, 21417)])
-    u2 = as_strided(memory[1500:], shape, [8 * k for k in (12841, 1216, 9979)])
-    with pytest.raises(np.exceptions.TooHardError):
-        np.shares_memory(u1, u2, max_work=10_000)
-    with pytest.raises(ValueError, match=r"out\[0\] and out\[1\] share memory"):
-        collide.resolve_1d(1.0, 1.0, np.ones(shape), 0.0, out=(u1, u2))
-    assert not memory.any()
-
-
-@pytest.mark.parametrize("side", [6, 120])
-def test_an_output_that_is_an_input_transposed(side):
-    v1, v2 = np.random.default_rng(5).normal(size=(2, side, side))
-    want = collide.resolve_1d(1.0, 3.0, v1, v2)
-    memory = v1.copy()
-    got = collide.resolve_1d(1.0, 3.0, memory, v2, out=(memory.T, np.empty((side, side))))
-    for u, exact in zip(got, want, strict=True):
-        np.testing.assert_array_equal(u, exact)
-
-
 @pytest.mark.usefixtures("keep_threads")
 def test_shares_that_begin_within_a_row():
     collide.set_num_threads(3)
@@ -401,14 +262,3 @@ def test_shares_that_begin_within_a_row():
     u1, u2 = collide.resolve_1d(1.0, 1.0, np.asfortranarray(v), 0.0)
     np.testing.assert_array_equal(u2, v)
     np.testing.assert_array_equal(u1, 0.0)
-
-
-def test_strided_outputs_are_written_through_blocks():
-    n = 300_000
-    v, table = np.ones(n), np.empty((n, 2))
-    collide.resolve_1d(1.0, 1.0, v, 0.0, out=tuple(table.T))
-    tracemalloc.start()
-    collide.resolve_1d(1.0, 1.0, v, 0.0, out=tuple(table.T))
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert peak < table.nbytes / 4

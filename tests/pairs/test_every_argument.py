@@ -1,8 +1,10 @@
 """Every public function x every argument x every kind of value: the right answer, or an error that names the argument.
 
 What is right is what float64 copies of the same values give. Whatever raises has written nothing, and nobody is warned.
+A test goes through all arguments of a function; a failure names the argument and the value, and does not end it.
 """
 
+import itertools
 import warnings
 
 import numpy as np
@@ -50,9 +52,8 @@ FUNCTIONS = {
     "resolve_contacts": ["i", "j", "m", "x", "y", "restitution"],
 }
 BATCHES = [name for name in FUNCTIONS if "contacts" not in name]
-ARGUMENTS = [(function, argument) for function, names in FUNCTIONS.items() for argument in names]
-
-OPTIONS = [("find_contacts", "margin"), ("find_contacts", "box"), ("resolve_contacts", "box")]
+OPTIONS = {"find_contacts": ["margin", "box"], "resolve_contacts": ["box"]}
+WITH_OPTIONS = {function: [*names, *OPTIONS.get(function, [])] for function, names in FUNCTIONS.items()}
 
 
 def call(function, values):
@@ -113,9 +114,16 @@ GUISES = {
 INTEGERS = ["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"]
 
 
-@pytest.mark.parametrize("guise", [*GUISES, *INTEGERS, "f2", "f4", ">f4", "zero strides"])
-@pytest.mark.parametrize(("function", "argument"), ARGUMENTS)
-def test_the_same_numbers_in_another_guise(function, argument, guise):
+@pytest.mark.parametrize("function", FUNCTIONS)
+def test_the_same_numbers_in_another_guise(function, subtests):
+    for argument, guise in itertools.product(
+        FUNCTIONS[function], [*GUISES, *INTEGERS, "f2", "f4", ">f4", "zero strides"]
+    ):
+        with subtests.test(argument=argument, guise=guise):
+            check_guise(function, argument, guise)
+
+
+def check_guise(function, argument, guise):
     values, plain = good(function), good(function)
     a = values[argument]
     if guise in GUISES:
@@ -159,18 +167,16 @@ NO_NUMBERS = {
 }
 
 
-@pytest.mark.parametrize("kind", NO_NUMBERS)
-@pytest.mark.parametrize(
-    ("function", "argument"),
-    [*ARGUMENTS, *OPTIONS],
-)
-def test_what_is_no_number_is_a_type_error_that_names_the_argument(function, argument, kind):
-    values = good(function) | {argument: NO_NUMBERS[kind]}
-    if (argument, kind) == ("box", "None"):
-        call(function, values)
-        return
-    with pytest.raises(TypeError, match=rf"^{argument}\b"):
-        call(function, values)
+@pytest.mark.parametrize("function", FUNCTIONS)
+def test_what_is_no_number_is_a_type_error_that_names_the_argument(function, subtests):
+    for argument, kind in itertools.product(WITH_OPTIONS[function], NO_NUMBERS):
+        values = good(function) | {argument: NO_NUMBERS[kind]}
+        with subtests.test(argument=argument, kind=kind):
+            if (argument, kind) == ("box", "None"):
+                call(function, values)
+                continue
+            with pytest.raises(TypeError, match=rf"^{argument}\b"):
+                call(function, values)
 
 
 class Fails:
@@ -202,25 +208,26 @@ class OnAnotherDevice:
         raise TypeError("can't convert a tensor")
 
 
-WITH_OPTIONS = [*ARGUMENTS, *OPTIONS]
+@pytest.mark.parametrize("function", FUNCTIONS)
+def test_an_object_that_fails_to_become_an_array_is_named(function, subtests):
+    kinds = TypeError, ValueError, RuntimeError, KeyError, AttributeError, OSError, IndexError
+    for argument, kind, in_a_list in itertools.product(WITH_OPTIONS[function], kinds, (False, True)):
+        error = kind("why not")
+        value = [Fails(error)] if in_a_list else Fails(error)
+        with subtests.test(argument=argument, kind=kind, in_a_list=in_a_list):
+            message = rf"^{argument} = .*: must be an array of numbers \('?why not'?\)$"
+            with pytest.raises(TypeError, match=message) as info:
+                call(function, good(function) | {argument: value})
+            assert info.value.__cause__ is error
 
 
-@pytest.mark.parametrize("kind", [TypeError, ValueError, RuntimeError, KeyError, AttributeError, OSError, IndexError])
-@pytest.mark.parametrize(("function", "argument"), WITH_OPTIONS)
-def test_an_object_that_fails_to_become_an_array_is_named(function, argument, kind):
-    error = kind("why not")
-    for value in (Fails(error), [Fails(error)]):
-        with pytest.raises(TypeError, match=rf"^{argument} = .*: must be an array of numbers \('?why not'?\)$") as info:
+@pytest.mark.parametrize("function", FUNCTIONS)
+def test_arrays_on_a_device_are_named(function, subtests):
+    message = "is of type \\w+, in the memory of a GPU or another device: must be copied to the host first"
+    values = OnCuda(), OnCudaAndSaysSo(), OnAnotherDevice(), [OnCuda()]
+    for argument, value in itertools.product(WITH_OPTIONS[function], values):
+        with subtests.test(argument=argument, value=value), pytest.raises(TypeError, match=f"^{argument} {message}"):
             call(function, good(function) | {argument: value})
-        assert info.value.__cause__ is error
-
-
-@pytest.mark.parametrize("value", [OnCuda(), OnCudaAndSaysSo(), OnAnotherDevice(), [OnCuda()]])
-@pytest.mark.parametrize(("function", "argument"), WITH_OPTIONS)
-def test_arrays_on_a_device_are_named(function, argument, value):
-    message = rf"^{argument} is of type \w+, in the memory of a GPU or another device: must be copied to the host first"
-    with pytest.raises(TypeError, match=message):
-        call(function, good(function) | {argument: value})
 
 
 @pytest.mark.parametrize("error", [MemoryError(), KeyboardInterrupt()])
@@ -229,10 +236,15 @@ def test_what_is_not_the_objects_fault_comes_through(error):
         collide.resolve_1d(1.0, Fails(error), 1.0, 0.0)
 
 
-@pytest.mark.parametrize("dtype", ["?", *INTEGERS, "f2", "f4", "f8", ">f4"])
-@pytest.mark.parametrize(("function", "argument"), OPTIONS)
-def test_options_of_any_dtype(function, argument, dtype):
+@pytest.mark.parametrize("function", OPTIONS)
+def test_options_of_any_dtype(function, subtests):
     """As float64 copies of them, and nobody is warned, of the limits of a smaller type neither."""
+    for argument, dtype in itertools.product(OPTIONS[function], ["?", *INTEGERS, "f2", "f4", "f8", ">f4"]):
+        with subtests.test(argument=argument, dtype=dtype):
+            check_option(function, argument, dtype)
+
+
+def check_option(function, argument, dtype):
     lengths = np.array([1, 1] if dtype == "?" else [100, 120]).astype(dtype)
     option = lengths if argument == "box" else lengths[0]
     values = good(function) | {"x": np.array([0.0, 0.25, 0.5]), "y": np.array([0.0, 0.25, 0.25])}
@@ -247,28 +259,31 @@ def test_options_of_float16_are_added_up_in_float64():
     assert collide.find_contacts(x, 0 * x, 20_000.0, margin=np.float16(60_000)).i.size == 1
 
 
-@pytest.mark.parametrize("shape", [(2,), (4,), (2, 2), (0,)])
-@pytest.mark.parametrize(("function", "argument"), ARGUMENTS)
-def test_shapes_that_do_not_match_are_a_value_error_that_names_the_argument(function, argument, shape):
-    values = good(function) | {argument: np.ones(shape, int)}
-    with pytest.raises(ValueError, match=rf"\b{argument}( has shape|,)? \({shape[0]},"):
-        call(function, values)
+@pytest.mark.parametrize("function", FUNCTIONS)
+def test_shapes_that_do_not_match_are_a_value_error_that_names_the_argument(function, subtests):
+    for argument, shape in itertools.product(FUNCTIONS[function], [(2,), (4,), (2, 2), (0,)]):
+        values = good(function) | {argument: np.ones(shape, int)}
+        message = rf"\b{argument}( has shape|,)? \({shape[0]},"
+        with subtests.test(argument=argument, shape=shape), pytest.raises(ValueError, match=message):
+            call(function, values)
 
 
-@pytest.mark.parametrize(("function", "argument"), ARGUMENTS)
-def test_numbers_and_arrays_without_dimensions(function, argument):
-    values, plain = good(function), good(function)
-    number = plain[argument][1]
-    plain[argument] = np.full(N, number)
-    one = argument in ("m", "radius", "restitution") or function in BATCHES
-    for guise in (number, number.item(), np.array(number), np.array([number]), [number]):
-        values[argument] = guise
-        if one:
-            for got, want in zip(call(function, values), call(function, plain), strict=True):
-                np.testing.assert_array_equal(got, want)
-        else:
-            with pytest.raises(ValueError, match=rf"\b{argument}( has shape|,) \((1,)?\)"):
-                call(function, values)
+@pytest.mark.parametrize("function", FUNCTIONS)
+def test_numbers_and_arrays_without_dimensions(function, subtests):
+    for argument in FUNCTIONS[function]:
+        values, plain = good(function), good(function)
+        number = plain[argument][1]
+        plain[argument] = np.full(N, number)
+        one = argument in ("m", "radius", "restitution") or function in BATCHES
+        for guise in (number, number.item(), np.array(number), np.array([number]), [number]):
+            values[argument] = guise
+            with subtests.test(argument=argument, guise=guise):
+                if one:
+                    for got, want in zip(call(function, values), call(function, plain), strict=True):
+                        np.testing.assert_array_equal(got, want)
+                else:
+                    with pytest.raises(ValueError, match=rf"\b{argument}( has shape|,) \((1,)?\)"):
+                        call(function, values)
 
 
 NASTY = [np.nan, np.inf, -np.inf, -0.0, 5e-324, -5e-324, 2.2e-308, 1.7e308, -1.7e308, 1e-160, 1e160]
@@ -282,9 +297,14 @@ def scalar_formula(function, values):
     return np.array(answers).reshape(N, -1).T
 
 
-@pytest.mark.parametrize("number", NASTY)
-@pytest.mark.parametrize(("function", "argument"), [a for a in ARGUMENTS if a[0] in BATCHES])
-def test_nasty_numbers(function, argument, number):
+@pytest.mark.parametrize("function", BATCHES)
+def test_nasty_numbers(function, subtests):
+    for argument, number in itertools.product(FUNCTIONS[function], NASTY):
+        with subtests.test(argument=argument, number=number):
+            check_nasty_number(function, argument, number)
+
+
+def check_nasty_number(function, argument, number):
     values = good(function)
     values[argument] = values[argument].copy()
     values[argument][1] = number

@@ -2,10 +2,9 @@
 
 Each call is checked against the one-pair formula on plain copies, bit for bit, with the rules written out here once
 more, and a few of its pairs against 50 digits. A failure names its seed, and
-`python -m tests.pairs.test_fuzz SECONDS SEED` begins there. COLLIDE_FUZZ_SECONDS says how long the test lasts.
+`python -m tests.pairs.test_fuzz SECONDS SEED` begins there.
 """
 
-import os
 import sys
 import time
 
@@ -14,6 +13,7 @@ import numpy as np
 import collide
 from collide._formulas.exact import dot
 from tests.helpers import climb, naive
+from tests.helpers.sizes import sizes
 
 PLANE = ("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny", "restitution")
 COLUMNS = {
@@ -187,19 +187,13 @@ def against_50_digits(function, pair, got, approaching_only):
     """Within the bounds that the README gives, for the speeds that it gives."""
     if approaching_only or function in ("impulse_2d", "time_of_impact"):
         return  # impulses and times have bounds of their own, in test_impulse.py and test_impact.py
-    want = getattr(naive, function)(*pair)
-    if function == "resolve_1d":
-        before = pair[2:4]
-    elif function == "resolve_2d":
-        before = pair[2:6]
-    else:
-        before = *naive.polar_to_cartesian(*pair[2:4]), *naive.polar_to_cartesian(*pair[4:6])
+    want, before = getattr(naive, function)(*pair), naive.velocities_before(function, pair)
     if max(map(abs, before)) >= 1e-290 and max(map(abs, (*before, *want))) <= 1e290:
         error = naive.error_in_eps(got, want, before) / climb.allowance(pair[-1])
         assert error <= (10 if function == "resolve_polar" else 8)
 
 
-def campaign(seconds, seed):
+def calls_for(seconds, seed):
     """As many calls as fit into so many seconds, a hundred at least, from this seed on; how many they were."""
     end, calls = time.monotonic() + seconds, 0
     before = collide.get_num_threads()
@@ -217,10 +211,11 @@ def campaign(seconds, seed):
     return calls
 
 
-def test_random_calls():
-    assert campaign(float(os.environ.get("COLLIDE_FUZZ_SECONDS", "20")), time.time_ns() // 1000 % 10**12) >= 100
+@sizes(usual=3, campaign=60)
+def test_random_calls(size):
+    assert calls_for(size, seed=time.time_ns() // 1000 % 10**12) >= 100
 
 
 if __name__ == "__main__":
     start = int(sys.argv[2]) if len(sys.argv) > 2 else time.time_ns() // 1000 % 10**12
-    print(f"{campaign(float(sys.argv[1]), start):,} calls from seed {start} on")
+    print(f"{calls_for(float(sys.argv[1]), start):,} calls from seed {start} on")

@@ -237,3 +237,16 @@ def test_the_reason_is_that_of_the_first_pair_whatever_shares_and_blocks_found_o
     with pytest.raises(collide.InvalidPairError, match=r"^pair 7: v1 = nan: must be finite") as info:
         collide.resolve_1d(m1, 1.0, v1, 0.0)
     assert info.value.count == 300
+
+
+@pytest.mark.parametrize("name", ["resolve_1d", "resolve_2d", "resolve_polar", "impulse_2d"])
+def test_two_immovable_balls_that_do_not_approach_are_left_alone(name):
+    """As the docstrings say, on a line too."""
+    function = getattr(collide, name)
+    between = {"resolve_1d": (0.0,), "resolve_polar": (0.0, 1.0, 0.0, 0.0)}.get(name, (0.0, 1.0, 0.0, 1.0, 0.0))
+    u = function([np.inf], [np.inf], [-1.0], *between, approaching_only=True)
+    assert (u[0] if name.startswith("resolve") else u - 1.0) == [-1.0]
+    for approaching_only, v in ((True, 2.0), (False, -1.0)):
+        with pytest.raises(collide.InvalidPairError, match="m1 = m2 = inf"):
+            function([np.inf], [np.inf], [v], *between, approaching_only=approaching_only)
+    assert "two immovable balls among" in function.__doc__

@@ -6,6 +6,7 @@ Where they come is left to chance, so each test lets many come, in a process of 
 import pytest
 
 from tests.helpers import process
+from tests.helpers.sizes import sizes
 
 # Ends itself, and says where it was, if a call should never return. Ball 1 rebounds from a heavier one at rest.
 START = """
@@ -48,8 +49,9 @@ def printed_by(code, seed=0, **variables):
 
 # Many short calls, so that each step of handing out is hit; and long ones, which are still waiting for their workers
 # when the next interrupts come.
-@pytest.mark.parametrize(("interrupts", "bits", "rounds"), [(1, 16, 400), (2, 21, 200), (5, 21, 200)])
-def test_an_interrupted_call_leaves_its_arrays_alone(interrupts, bits, rounds):
+@pytest.mark.parametrize(("interrupts", "bits"), [(1, 16), (2, 21), (5, 21)])
+@sizes(usual=60, campaign=400)
+def test_an_interrupted_call_leaves_its_arrays_alone(interrupts, bits, size):
     code = f"""
 left, n = 0, 1 << {bits}
 m1, m2, v1, v2 = np.full(n, 1.0), np.full(n, 3.0), np.full(n, 4.0), np.zeros(n)
@@ -64,7 +66,7 @@ signal.signal(signal.SIGALRM, interrupt)
 out = np.zeros(n), np.zeros(n)
 assert right()
 hits = late = more = 0
-for _ in range({rounds}):
+for _ in range({size}):
     left = {interrupts}
     signal.setitimer(signal.ITIMER_REAL, random.uniform(1e-4, 1e-3), random.uniform(5e-5, 5e-4))
     try:
@@ -82,12 +84,13 @@ for _ in range({rounds}):
 print(hits, late, right(), more)
 """
     hits, late, usable, more = printed_by(code, interrupts).split()
-    assert (int(hits), late, usable) == (rounds, "0", "True")
+    assert (int(hits), late, usable) == (size, "0", "True")
     assert interrupts == 1 or int(more) > 0  # or this has tested nothing
 
 
-def test_a_signal_handler_may_call():
-    code = """
+@sizes(usual=300, campaign=1500)
+def test_a_signal_handler_may_call(size):
+    code = f"""
 answers, depth = [], 0
 
 def handle(number, frame):
@@ -95,7 +98,7 @@ def handle(number, frame):
     depth += 1
     if depth < 4:  # handlers may be interrupted in their turn
         signal.setitimer(signal.ITIMER_REAL, random.uniform(2e-4, 2e-3))
-    if in_a_call(frame) and len(answers) < 1500:
+    if in_a_call(frame) and len(answers) < {size}:
         answers.append(right())
     depth -= 1
     if depth == 0:
@@ -104,16 +107,17 @@ def handle(number, frame):
 signal.signal(signal.SIGALRM, handle)
 signal.setitimer(signal.ITIMER_REAL, 1e-3)
 end = time.monotonic() + 60
-while len(answers) < 1500 and time.monotonic() < end:
+while len(answers) < {size} and time.monotonic() < end:
     assert right()
 signal.signal(signal.SIGALRM, signal.SIG_IGN)
-print(len(answers) >= 1500, all(answers), right())
+print(len(answers) >= {size}, all(answers), right())
 """
     assert printed_by(code) == "True True True\n"
 
 
-def test_a_finalizer_may_call():
-    code = """
+@sizes(usual=300, campaign=1500)
+def test_a_finalizer_may_call(size):
+    code = f"""
 import gc
 
 answers = []
@@ -128,16 +132,16 @@ class Finalized:
             collide.set_num_threads(random.randint(2, 5))
 
 gc.set_threshold(7)
-for _ in range(1500):
+for _ in range({size}):
     Finalized()
     assert right()
 end = time.monotonic() + 60
-while len(answers) < 1500 and time.monotonic() < end:  # a worker may be collecting
+while len(answers) < {size} and time.monotonic() < end:  # a worker may be collecting
     gc.collect()
     time.sleep(0.01)
 print(len(answers), all(answers), right())
 """
-    assert printed_by(code) == "1500 True True\n"
+    assert printed_by(code) == f"{size} True True\n"
 
 
 GROWTH = """
@@ -158,10 +162,11 @@ def kept():
 """
 
 
-def test_nothing_is_kept_where_there_are_no_threads_to_be_had():
+@sizes(usual=30, campaign=300)
+def test_nothing_is_kept_where_there_are_no_threads_to_be_had(size):
     code = f"""{GROWTH}
 threading.stack_size(1 << 45)
-for _ in range(300):
+for _ in range({size}):
     assert (call().u1 == -2.0).all()
 print(kept(), threading.active_count())
 threading.stack_size(0)
@@ -170,7 +175,8 @@ print((call().u1 == -2.0).all(), len(threads._workers) > 0)
     assert printed_by(code) == "0 1\nTrue True\n"
 
 
-def test_nothing_is_kept_of_interrupted_calls():
+@sizes(usual=60, campaign=200)
+def test_nothing_is_kept_of_interrupted_calls(size):
     code = f"""{GROWTH}
 def interrupt(number, frame):
     if in_a_call(frame):
@@ -178,7 +184,7 @@ def interrupt(number, frame):
 
 signal.signal(signal.SIGALRM, interrupt)
 hits = 0
-for k in range(200):
+for k in range({size}):
     signal.setitimer(signal.ITIMER_REAL, random.uniform(1e-3, 5e-3), 1e-3)
     try:
         while True:
@@ -190,7 +196,7 @@ for k in range(200):
         hits += 1
 print(hits, kept(), len(threads._workers) < 20, right())
 """
-    assert printed_by(code) == "200 0 True True\n"
+    assert printed_by(code) == f"{size} 0 True True\n"
 
 
 # A storm of interrupts over the first call: of compiling, or of loading what has been compiled before.
@@ -219,13 +225,18 @@ print(hits, right(), len(made) < 200, collide.resolve_2d(1.0, 1.0, 1.0, 0.0, 0.0
 """
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_interrupts_while_kernels_are_compiled(seed, tmp_path):
-    hits, *answers = printed_by(FIRST_CALL.format(seconds=4), seed, NUMBA_CACHE_DIR=tmp_path).split()
+@sizes(usual=1, campaign=4)
+def test_interrupts_while_kernels_are_compiled(size, tmp_path):
+    for seed in range(size):
+        check_interrupts_while_kernels_are_compiled(seed, tmp_path / str(seed))
+
+
+def check_interrupts_while_kernels_are_compiled(seed, folder):
+    hits, *answers = printed_by(FIRST_CALL.format(seconds=4), seed, NUMBA_CACHE_DIR=folder).split()
     assert int(hits) > 3
     assert answers == ["True", "True", "1.0"]
     # And what has been kept is whole.
-    _, *answers = printed_by(FIRST_CALL.format(seconds=0.5), seed, NUMBA_CACHE_DIR=tmp_path).split()
+    _, *answers = printed_by(FIRST_CALL.format(seconds=0.5), seed, NUMBA_CACHE_DIR=folder).split()
     assert answers == ["True", "True", "1.0"]
 
 

@@ -3,6 +3,7 @@
 import sys
 
 from tests.helpers import process
+from tests.helpers.sizes import sizes
 
 # What each process runs: every function, small and large, and what it has to give.
 EVERYTHING = """
@@ -52,9 +53,10 @@ for n in (1, 50, 3000, 100_000):
 """
 
 
-def test_thirty_two_threads_call_everything_while_the_number_of_threads_changes():
+@sizes(usual=2, campaign=10)
+def test_thirty_two_threads_call_everything_while_the_number_of_threads_changes(size):
     code = """
-end, verdicts, rounds = time.monotonic() + 10, [], []
+end, verdicts = time.monotonic() + int(sys.argv[1]), []
 
 def work(k):
     mine = CALLS[k % 8 :] + CALLS[: k % 8]
@@ -72,7 +74,7 @@ while any(thread.is_alive() for thread in threads):
     time.sleep(0.002)
 print(all(verdicts), len(verdicts) > 32)
 """
-    assert process.printed_by(EVERYTHING + code) == "True True\n"
+    assert process.printed_by(EVERYTHING + code, size) == "True True\n"
 
 
 def test_calls_from_pool_workers_and_event_loops():
@@ -94,25 +96,27 @@ print(nested(2), all(asyncio.run(several())))
     assert process.printed_by(EVERYTHING + code) == "True True\n"
 
 
-def test_fifty_forked_children_after_use():
+@sizes(usual=8, campaign=50)
+def test_forked_children_after_use(size):
     code = """
 import os
 import warnings
 
 warnings.simplefilter("ignore", DeprecationWarning)  # Python's own: a process with threads forks
 codes = []
-for k in range(50):
+for k in range(int(sys.argv[1])):
     assert right(CALLS[-8:])
     child = os.fork()
     if child == 0:
         os._exit(0 if right(CALLS) else 1)
     codes.append(os.waitpid(child, 0)[1])
-print(codes == [0] * 50)
+print(not any(codes), len(codes))
 """
-    assert process.printed_by(EVERYTHING + code, timeout=180) == "True\n"
+    assert process.printed_by(EVERYTHING + code, size, timeout=180) == f"True {size}\n"
 
 
-def test_fifty_tasks_in_spawned_processes(tmp_path):
+@sizes(usual=12, campaign=50)
+def test_tasks_in_spawned_processes(size, tmp_path):
     (tmp_path / "task.py").write_text(EVERYTHING + "\n\ndef task(_):\n    return right(CALLS[:16])\n")
     code = f"""
 import multiprocessing
@@ -122,7 +126,7 @@ import task
 
 if __name__ == "__main__":
     with multiprocessing.get_context("spawn").Pool(2, maxtasksperchild=5) as pool:
-        print(all(pool.map(task.task, range(50), chunksize=1)))
+        print(all(pool.map(task.task, range({size}), chunksize=1)))
 """
     script = tmp_path / "main.py"
     script.write_text(EVERYTHING + code)

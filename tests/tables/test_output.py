@@ -10,27 +10,16 @@ import pytest
 from collide._tables import replacement
 from tests.helpers import process
 from tests.helpers.tables import (
-    FORMATS,
     LINE,
     N,
     assert_one_line,
     assert_refused,
-    make_small_blocks,
     read,
     resolve,
     write,
 )
 
-
-@pytest.fixture(autouse=True)
-def _small_blocks(monkeypatch):
-    make_small_blocks(monkeypatch)
-
-
-@pytest.fixture(params=FORMATS, ids=lambda suffix: suffix or "folder")
-def paths(request, tmp_path):
-    (tmp_path / "out").mkdir()
-    return tmp_path / f"pairs{request.param}", tmp_path / "out" / f"after{request.param}"
+pytestmark = pytest.mark.usefixtures("small_blocks")
 
 
 def test_an_output_is_replaced(paths):
