@@ -68,6 +68,7 @@ def test_output_that_is_the_input(alias, source, target, capsys):
     assert other.is_symlink() == (alias is link_to)
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -158,6 +159,7 @@ ENDINGS = {
 }
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("ending", ENDINGS)
 @pytest.mark.parametrize("ours", [signal.SIG_DFL, signal.SIG_IGN, lambda *_: None], ids=["default", "ignored", "own"])
 def test_signal_handlers_are_put_back(ours, ending, source, target, monkeypatch):
@@ -191,6 +193,7 @@ def test_signal_handlers_are_put_back(ours, ending, source, target, monkeypatch)
 # As a command
 
 
+@pytest.mark.fast
 def test_module_runs_as_a_command(source, target):
     write(source, CARTESIAN)
     done = process.run(sys.executable, "-W", "error", "-m", "collide", "resolve", source, "-o", target, "--quiet")

@@ -16,6 +16,8 @@ from collide._compile import cache as _cache
 from collide._compile import kernel as _kernel
 from collide._system import ownership
 
+pytestmark = pytest.mark.fast
+
 
 @pytest.mark.parametrize(
     ("said", "cache"),

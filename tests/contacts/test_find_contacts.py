@@ -1,5 +1,6 @@
 """The search for contacts against every pair tried, wherever a grid could go wrong."""
 
+import itertools
 import threading
 import tracemalloc
 
@@ -42,30 +43,31 @@ RADII = {
 }
 
 
-@pytest.mark.parametrize("radii", RADII)
 @pytest.mark.parametrize("periodic", [False, True])
 @pytest.mark.parametrize("packing", [0.003, 0.4, 1.5])
 @pytest.mark.parametrize(("n", "aspect"), [(2, 1.0), (40, 1.0), (700, 30.0), (1500, 1.0)])
-def test_against_every_pair(n, aspect, packing, periodic, radii):
-    rng = np.random.default_rng(n)
-    radius = RADII[radii](n, rng)
-    x, y, box = scatter(n, packing, rng, radius, aspect)
-    x, y = x - 0.3 * box[0], y + 0.4 * box[1]  # a part of them outside the box
-    for margin in (0.0, 0.07):
+def test_against_every_pair(n, aspect, packing, periodic, subtests):
+    for radii, margin in itertools.product(RADII, (0.0, 0.07)):
+        rng = np.random.default_rng(n)
+        radius = RADII[radii](n, rng)
+        x, y, box = scatter(n, packing, rng, radius, aspect)
+        x, y = x - 0.3 * box[0], y + 0.4 * box[1]  # a part of them outside the box
         reach = 2 * np.max(radius) + margin
         options = {"box": tuple(max(side, 2 * reach, 1.0) for side in box)} if periodic else {}
-        check(x, y, radius, margin=margin, **options)
+        with subtests.test(radii=radii, margin=margin):
+            check(x, y, radius, margin=margin, **options)
 
 
-@pytest.mark.parametrize("cells", [2.0, 2.5, 3.0, 3.01, 3.99, 4.0, 4.01, 5.5])
-@pytest.mark.parametrize("other", [2.0, 3.0, 4.01, 17.0])
-def test_boxes_of_few_cells_list_no_pair_twice(cells, other):
+def test_boxes_of_few_cells_list_no_pair_twice(subtests):
     rng = np.random.default_rng(1)
     x, y = rng.uniform(-5, 5, (2, 150))
-    i, j = check(x, y, 0.5, box=(cells, other))
-    assert len(set(zip(i.tolist(), j.tolist(), strict=True))) == i.size > 0
+    for box in itertools.product([2.0, 2.5, 3.0, 3.01, 3.99, 4.0, 4.01, 5.5], [2.0, 3.0, 4.01, 17.0]):
+        with subtests.test(box=box):
+            i, j = check(x, y, 0.5, box=box)
+            assert len(set(zip(i.tolist(), j.tolist(), strict=True))) == i.size > 0
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("offset", [0.0, 1e6, 2.0**40, 2.0**51, -(2.0**50)])
 def test_balls_that_just_touch(offset):
     x, y = (c.ravel() + offset for c in np.meshgrid(np.arange(25.0), np.arange(30.0)))
@@ -138,6 +140,7 @@ def test_memory(packing):
     peak_of(x, y)
 
 
+@pytest.mark.fast
 def test_clusters_far_apart():
     rng = np.random.default_rng(4)
     x, y = rng.uniform(0, 50, (2, 1200))
@@ -224,6 +227,7 @@ def test_threads_at_once():
             np.testing.assert_array_equal(np.stack(one), np.stack(contacts))
 
 
+@pytest.mark.fast
 def test_inputs_of_all_kinds():
     x, y, want = np.array([0, 1, 5, 6]), np.array([0, 1, 0, 1]), [[0, 2], [1, 3]]
     frozen = x.astype(np.float64)
@@ -246,6 +250,7 @@ def test_none_or_one(box):
     assert collide.find_contacts([], [], 1.0, box=box).i.size == 0
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize(
     ("change", "error", "message"),
     [

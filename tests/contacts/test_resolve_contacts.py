@@ -70,6 +70,7 @@ def test_a_gas_keeps_momentum_and_energy_on_any_number_of_threads():
     assert abs((u * u).sum() / (v * v).sum() - 1) < 1e-13
 
 
+@pytest.mark.fast
 def test_the_nearest_image_is_hit():
     vx, vy = np.array([-1.0, 0.0]), np.zeros(2)
     args = [0], [1], 1.0, [0.5, 9.5], [0.0, 40.0], vx, vy
@@ -88,6 +89,7 @@ def test_far_outside_the_box_the_nearest_image_is_that_of_the_search():
     assert collide.resolve_contacts([0], [1], 1.0, [0.0, 1e200], [0.0, 1.0], *np.eye(2), box=(1e-150, 3.0)) in (0, 1)
 
 
+@pytest.mark.fast
 def test_balls_at_rest_are_not_resolved():
     for m in (1.0, INF):
         vx, vy = np.array([-0.0, 0.0]), np.array([0.0, -0.0])
@@ -95,6 +97,7 @@ def test_balls_at_rest_are_not_resolved():
         assert np.signbit([*vx, *vy]).tolist() == [True, False, False, True]
 
 
+@pytest.mark.fast
 def test_an_impulse_that_is_too_large():
     args = [0], [1], 1e200, [0.0, 1.0], [0.0, 0.0]
     vx = np.array([1e200, 0.0])
@@ -140,6 +143,7 @@ def broken(change):
     return ([0, 1, 3], [1, 2, 4], *s.values()), options
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("reason", BROKEN)
 @pytest.mark.parametrize("invalid", ["raise", "keep", "nan"])
 def test_invalid_pairs(reason, invalid):
@@ -207,6 +211,7 @@ def frozen(n):
 SHARED = np.zeros(4)
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize(
     ("change", "error", "message"),
     [
@@ -246,6 +251,7 @@ def test_bad_input_is_refused_before_anything_is_written(change, error, message)
         np.testing.assert_array_equal((arguments() | change)[name], old)
 
 
+@pytest.mark.fast
 def test_strides_and_shared_memory():
     rng = np.random.default_rng(2)
     (x, y), (vx, vy), m = state(50, rng)

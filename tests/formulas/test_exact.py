@@ -96,12 +96,14 @@ _STEEP = """
 KNOWN = [[float(x) for x in _STEEP.split()], *([1.0, 1.0, 0.1, 0.3, 0.0, 0.0, 3.0, -1.0, e] for e in (1e3, 1e6))]
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("row", KNOWN)
 def test_known_cases(row):
     got = collide.resolve_2d(*row[:-1], restitution=row[-1])
     assert naive.row_error("resolve_2d", row, got) <= 4.0
 
 
+@pytest.mark.fast
 def test_masses_and_normals_at_the_ends_of_the_range():
     """Largest, smallest, subnormal."""
     sizes = [5e-324, 1.5e-323, 1e-310, 2.2e-308, 1.0, 1e308, 1.7976931348623157e308]
@@ -142,6 +144,7 @@ def test_neither_speed_nor_length_depends_on_the_other(length, speed):
         assert naive.row_error("resolve_2d", row, got) <= BOUND["resolve_2d"]
 
 
+@pytest.mark.fast
 def test_equal_masses_exchange_their_velocities_exactly():
     v = np.arange(1.0, 1000.0)
     u1, u2 = collide.resolve_1d(v / 7, v / 7, v, -3.0)

@@ -4,8 +4,11 @@ from fractions import Fraction
 
 import numba
 import numpy as np
+import pytest
 
 from collide._formulas import exact as _exact
+
+pytestmark = pytest.mark.fast
 
 
 def test_uncompiled_fused_products_are_rounded_once():

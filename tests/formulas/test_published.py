@@ -7,6 +7,8 @@ import collide
 from tests.helpers.naive import EPS
 from tests.helpers.published import cases
 
+pytestmark = pytest.mark.fast
+
 # Contract 1 (8, and 10 in polar form) and the rounding of the decimal inputs to doubles.
 CARTESIAN_BOUND, POLAR_BOUND = 12, 16
 

@@ -14,6 +14,7 @@ PAIR = (1.0, 3.0, 2.0, 0.5, -1.0, 0.25, 1.0, 2.0)
 AFTER = (2 - 1.05, 0.5 - 2.1, -1 + 0.35, 0.25 + 0.7)
 
 
+@pytest.mark.fast
 def test_plain_python():
     np.testing.assert_allclose(scalar.resolve_2d(*PAIR), AFTER, rtol=1e-15)
     assert scalar.resolve_1d(1, 1, 3, 5) == (5, 3)
@@ -21,6 +22,7 @@ def test_plain_python():
     np.testing.assert_allclose(got, (0, -2, 0, 0), atol=1e-15)
 
 
+@pytest.mark.fast
 def test_plain_arrays():
     table = [np.full(5, x) for x in PAIR]
     for u, want in zip(scalar.resolve_2d(*table), AFTER, strict=True):
@@ -76,6 +78,7 @@ def test_a_plain_tuple_comes_back():
     assert sum_of_four(*PAIR) == pytest.approx(sum(AFTER))
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("name", scalar.__all__)
 def test_the_arguments_are_those_of_the_batch_function(name):
     batch = inspect.signature(getattr(collide, name)).parameters

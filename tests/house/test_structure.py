@@ -58,6 +58,7 @@ def imports(path):
                 yield next((name for name in (whole, whole.rpartition(".")[0]) if name in RANK), "__init__")
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("path", MODULES, ids=name_of)
 def test_imports_run_one_way(path):
     if path.name == "__init__.py" and path.parent != PACKAGE:
@@ -68,11 +69,13 @@ def test_imports_run_one_way(path):
         assert RANK[name] < RANK[name_of(path)], name
 
 
+@pytest.mark.fast
 def test_every_room_says_what_it_is_for():
     for room in ROOMS:
         assert len(ast.get_docstring(ast.parse((PACKAGE / room / "__init__.py").read_text()))) > 20
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("path", MODULES, ids=name_of)
 def test_compile_options_are_in_one_place(path):
     if name_of(path) != "_compile.options":
@@ -84,6 +87,7 @@ def test_examples_compile_as_a_user_would_without_options(path):
     assert not OPTIONS.search(re.sub(r"^@numba\.njit(?=\s)", "", path.read_text(), flags=re.MULTILINE))
 
 
+@pytest.mark.fast
 def test_the_public_names():
     assert set(collide.__all__) == {
         "InvalidPairError",

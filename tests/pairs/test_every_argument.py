@@ -13,6 +13,8 @@ import pytest
 
 import collide
 
+pytestmark = pytest.mark.fast
+
 N = 3
 GOOD = {
     "m1": [1.0, 2.0, 3.0],

@@ -92,6 +92,7 @@ RULES = [
 ]
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize(("pair", "want"), [pytest.param(*rule[1:], id=rule[0]) for rule in RULES])
 def test_rules(pair, want):
     assert collide.time_of_impact(*pair) == collide.scalar.time_of_impact(*pair) == want
@@ -197,6 +198,7 @@ def test_arrays_of_all_kinds():
     assert isinstance(collide.time_of_impact(3, 0, -1, 0, 1), np.float64)
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("bad", [NAN, INF, -INF])
 @pytest.mark.parametrize("name", ["dx", "dy", "dvx", "dvy", "distance"])
 def test_what_is_not_finite(name, bad):
@@ -230,6 +232,7 @@ def test_nobody_is_warned_of_balls_at_rest():
         assert collide.scalar.time_of_impact(3.0, 0.0, 0.0, 0.0, 1.0) == INF
 
 
+@pytest.mark.fast
 def test_exact_grazes_are_contacts():
     """With numbers of few bits and of all, askew and along an axis, far from the point of contact and close by."""
     rng = np.random.default_rng(7)

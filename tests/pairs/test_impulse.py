@@ -52,6 +52,7 @@ def test_against_50_digits():
             assert error(p, m1, m2, *rest) <= BOUND
 
 
+@pytest.mark.fast
 def test_it_is_what_resolve_2d_transfers():
     rng = np.random.default_rng(0)
     m1, m2, v1x, v1y, v2x, v2y, nx, ny, e = rng.uniform(0.1, 5, (9, 1003))
@@ -66,6 +67,7 @@ def test_it_is_what_resolve_2d_transfers():
     np.testing.assert_array_equal(skipped, np.where(approaching, p, 0.0))
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize(
     ("m1", "m2", "want"), [(1.0, INF, 4.0), (INF, 1.0, 4.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (2.0, 2.0, 4.0)]
 )
@@ -90,6 +92,7 @@ def test_the_bits_are_those_of_one_pair_compiled_and_not():
         np.testing.assert_array_equal(collide.scalar.impulse_2d(*columns, e)[valid], p[valid])
 
 
+@pytest.mark.fast
 def test_invalid_pairs_and_out():
     m1 = np.array([1.0, -1.0, 1.0, 1e300])
     v1x = np.array([1.0, 1.0, np.nan, 1e300])

@@ -62,6 +62,7 @@ def before(name, c):
     return [c[key] for key in (("v1", "v2") if name == "resolve_1d" else ("v1x", "v1y", "v2x", "v2y"))]
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize(("name", "bad", "reason"), CASES)
 def test_every_rule(name, bad, reason):
     function = getattr(collide, name)
@@ -134,6 +135,7 @@ def test_a_million_in_place_with_some_invalid(invalid, keep_threads):
         np.testing.assert_array_equal(u[bad], np.nan if invalid == "nan" else h)
 
 
+@pytest.mark.fast
 def test_the_index_in_several_dimensions():
     m1 = np.ones((3, 1, 4))
     m1[2, 0, 1] = NAN
@@ -144,6 +146,7 @@ def test_the_index_in_several_dimensions():
     assert all(type(i) is int for i in info.value.index)
 
 
+@pytest.mark.fast
 def test_a_single_pair():
     with pytest.raises(collide.InvalidPairError, match=r"^m1 = -1\.0: a mass must be >= 0") as info:
         collide.resolve_1d(-1.0, 1.0, 1.0, 0.0)

@@ -9,6 +9,8 @@ from numpy.lib.stride_tricks import as_strided
 import collide
 from tests.helpers.textbook import LARGE, SMALL, check, columns, reference
 
+pytestmark = pytest.mark.fast
+
 
 @pytest.mark.parametrize("n", [1, SMALL, LARGE])
 def test_out(n):

@@ -27,6 +27,7 @@ def assert_same_bits(got, want):
         np.testing.assert_array_equal(np.asarray(a).view(np.int64), np.asarray(b).view(np.int64))
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("name", FORMS)
 def test_threads(name, keep_threads):
     c = columns(name, 200_003)

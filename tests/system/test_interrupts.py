@@ -66,7 +66,7 @@ signal.signal(signal.SIGALRM, interrupt)
 out = np.zeros(n), np.zeros(n)
 assert right()
 hits = late = more = 0
-for _ in range({size}):
+while hits < {size} or ({interrupts} > 1 and not more and hits < 2000):  # else the later ones have tested nothing
     left = {interrupts}
     signal.setitimer(signal.ITIMER_REAL, random.uniform(1e-4, 1e-3), random.uniform(5e-5, 5e-4))
     try:
@@ -84,8 +84,8 @@ for _ in range({size}):
 print(hits, late, right(), more)
 """
     hits, late, usable, more = printed_by(code, interrupts).split()
-    assert (int(hits), late, usable) == (size, "0", "True")
-    assert interrupts == 1 or int(more) > 0  # or this has tested nothing
+    assert int(hits) >= size
+    assert (late, usable, int(more) > 0) == ("0", "True", interrupts > 1)
 
 
 @sizes(usual=300, campaign=1500)

@@ -17,6 +17,7 @@ def python(code, threads=None):
     return process.python(code, env=process.environment(COLLIDE_NUM_THREADS=threads))
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("n", [1, 2, 1000, np.int8(3), np.uint64(4)])
 def test_number_of_threads_is_what_was_set(n):
     collide.set_num_threads(n)
@@ -76,6 +77,7 @@ def test_default_number_of_threads_keeps_to_the_affinity_mask():
     assert python(code).stdout == "1\n"
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize(
     ("files", "quota"),
     [

@@ -79,6 +79,7 @@ def test_first_invalid_pair_and_their_count_do_not_depend_on_the_number_of_threa
         assert (caught.value.index, caught.value.count) == ((bad[0],), 3)
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("threads", [1, 2, 3, 7])
 @pytest.mark.parametrize("n", [0, 1, PARALLEL - 1, PARALLEL, PARALLEL + 1, SIZE])
 def test_shares_make_up_the_range(threads, n):
@@ -89,6 +90,7 @@ def test_shares_make_up_the_range(threads, n):
     assert shares[-1][1] == n
 
 
+@pytest.mark.fast
 def test_large_batch_runs_on_several_threads():
     collide.set_num_threads(3)
     together = threading.Barrier(3)
@@ -180,6 +182,7 @@ def test_busy_pool_is_not_waited_for():
 # Failures
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("failing", [0, 1, 2])
 def test_error_in_a_share_reaches_the_caller_after_all_have_ended(failing):
     collide.set_num_threads(3)
@@ -200,6 +203,7 @@ def test_error_in_a_share_reaches_the_caller_after_all_have_ended(failing):
     assert (len(begun), len(ended)) == (3, 2)
 
 
+@pytest.mark.fast
 def test_an_interrupt_withdraws_what_nobody_has_begun():
     """Else the caller would wait for the whole batch."""
     collide.set_num_threads(2)

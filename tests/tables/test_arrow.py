@@ -13,6 +13,8 @@ import collide
 import collide.arrow
 from tests.helpers.tables import FORMS, LINE, PLANE, RNG, N
 
+pytestmark = pytest.mark.fast
+
 
 def assert_resolved(data, columns, expected):
     assert data.schema.names == [*columns, *expected._fields]

@@ -180,6 +180,7 @@ def test_a_truncated_file(part, paths, capsys):
     assert_refused(capsys, paths[1], paths[0])
 
 
+@pytest.mark.fast
 def test_an_invalid_pair_is_named_with_its_row_in_the_file(paths, capsys):
     write(paths[0], {**LINE, "m2": np.where(np.arange(N) == 642, -1.0, LINE["m2"])})
     assert resolve(*paths) == 1

@@ -13,7 +13,7 @@ from tests.helpers.tables import (
     write,
 )
 
-pytestmark = pytest.mark.usefixtures("small_blocks")
+pytestmark = [pytest.mark.fast, pytest.mark.usefixtures("small_blocks")]
 
 
 def test_foreign_files_pass_through_a_folder_unread(tmp_path):

@@ -41,6 +41,7 @@ def test_output_is_the_input_and_the_batch_result(form, source, target, capsys):
     assert list(target.parent.iterdir()) == [target]
 
 
+@pytest.mark.fast
 def test_foreign_columns_pass_through_unchanged(source, target):
     columns = {
         "name": np.array(["red", "grün", ""]),
@@ -83,6 +84,7 @@ def test_restitution_column_is_used(form, source, target):
     assert_resolved(columns, target, function(**columns))
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("scalars", [("m1",), ("m1", "m2", "v1", "v2")], ids=["one", "all"])
 def test_scalar_columns(scalars, source, target):
     columns = {name: column[0] if name in scalars else column for name, column in LINE.items()}
@@ -164,6 +166,7 @@ BAD_TABLES = {
 }
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("case", BAD_TABLES)
 def test_bad_table_is_refused(case, source, target, capsys):
     columns, words = BAD_TABLES[case]
@@ -182,6 +185,7 @@ class Touching:
         return Path.touch, (self.path,)
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("name", ["m1", "foreign"])
 def test_object_column_is_refused_unloaded(name, source, target, tmp_path, capsys):
     marker = tmp_path / "loaded"
@@ -215,6 +219,7 @@ def test_plain_array_is_refused(source, target, capsys):
 
 
 # Half of a file is no zip file; without its last bytes it is not either.
+@pytest.mark.fast
 @pytest.mark.parametrize("part", [0.1, 0.5, 0.99])
 def test_truncated_table_is_refused(part, source, target, capsys):
     write(source, LINE)
@@ -277,6 +282,7 @@ def test_member_that_is_no_array_is_refused(source, target, capsys):
 INVALID = LINE | {"m2": np.where(np.arange(100) == 42, -1.0, LINE["m2"])}
 
 
+@pytest.mark.fast
 def test_invalid_pair_is_refused_with_its_row(source, target, capsys):
     write(source, INVALID)
     assert resolve(source, target) == 1
@@ -289,6 +295,7 @@ def test_several_invalid_pairs_are_counted(source, target, capsys):
     assert_refused(capsys, target, source, "row 42", "m2 = -1.0", "3 invalid pairs up to row 99")
 
 
+@pytest.mark.fast
 def test_existing_output_survives_an_error(source, target):
     write(source, INVALID)
     target.write_text("old")
@@ -297,6 +304,7 @@ def test_existing_output_survives_an_error(source, target):
     assert list(target.parent.iterdir()) == [target]
 
 
+@pytest.mark.fast
 @pytest.mark.parametrize("rule", ["keep", "nan"])
 def test_invalid_pairs_are_written_on_request(rule, source, target):
     write(source, INVALID)

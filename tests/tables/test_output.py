@@ -22,6 +22,7 @@ from tests.helpers.tables import (
 pytestmark = pytest.mark.usefixtures("small_blocks")
 
 
+@pytest.mark.fast
 def test_an_output_is_replaced(paths):
     write(paths[0], LINE)
     write(paths[1], {**LINE, "old": LINE["m1"]})
@@ -30,6 +31,7 @@ def test_an_output_is_replaced(paths):
     assert list(paths[1].parent.iterdir()) == [paths[1]]
 
 
+@pytest.mark.fast
 def test_an_output_survives_an_error_in_the_last_block(paths):
     write(paths[0], {**LINE, "m2": np.where(np.arange(N) == N - 1, -1.0, LINE["m2"])})
     write(paths[1], {"old": LINE["m1"]})
@@ -116,7 +118,7 @@ def slow(*arguments):
     calls.append(0)
     if len(calls) == 4:
         print("writing", flush=True)
-        time.sleep(60 if sys.argv.pop() == "kill" else 3)
+        time.sleep(60 if sys.argv.pop() == "kill" else 1.5)
     return resolve(*arguments)
 
 stream.by_name.resolve = slow
