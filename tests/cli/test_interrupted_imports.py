@@ -1,5 +1,6 @@
 """An interrupt that comes while the package is imported ends the command in one line, and a program as it would."""
 
+import itertools
 import os
 import shutil
 import signal
@@ -44,8 +45,17 @@ COMMANDS = {
 }
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("at", ["numpy", "llvmlite.binding", "collide.batch", "collide._tables.by_name", "pyarrow.lib"])
+PLACES = ["numpy", "llvmlite.binding", "collide.batch", "collide._tables.by_name", "pyarrow.lib"]
+USUAL = {*itertools.product(PLACES, ["-m"]), *itertools.product(["collide.batch"], COMMANDS)}
+
+
+@pytest.mark.parametrize(
+    ("at", "command"),
+    [
+        pytest.param(*pair, marks=() if pair in USUAL else pytest.mark.campaign)
+        for pair in itertools.product(PLACES, COMMANDS)
+    ],
+)
 def test_an_interrupt_of_imports(at, command, tmp_path):
     """Whatever they make of exceptions."""
     (tmp_path / "in.csv").write_text("m1,m2,v1,v2\n1,1,1,1\n")

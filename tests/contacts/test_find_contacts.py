@@ -91,7 +91,8 @@ def test_lattices_of_any_scale(balls, unit, margin, box):
     x, y, radius = unit * np.array(balls, float).T
     options = {"margin": margin * unit}
     if box is not None and 54 * unit >= 1e-150 and 200 * unit <= 1e150:
-        options["box"] = (box[0] * unit, box[1] * unit)
+        least = 2 * (2 * radius.max() + options["margin"])  # which 54 units may fall short of by a rounding
+        options["box"] = tuple(max(least, side * unit) for side in box)
     check(x, y, radius, **options)
 
 
@@ -149,8 +150,9 @@ def test_clusters_far_apart():
     assert check(x, y, 0.5)[0].size > 100
 
 
-def test_all_in_one_place(monkeypatch):
-    n = 3000
+@sizes(usual=1000, campaign=3000)
+def test_all_in_one_place(size, monkeypatch):
+    n = size
     i, j = collide.find_contacts(np.full(n, 0.1), np.full(n, -7.0), 1e-3)
     assert i.size == n * (n - 1) // 2
     np.testing.assert_array_equal(np.unique(i * n + j), np.flatnonzero(np.triu(np.ones((n, n)), 1)))

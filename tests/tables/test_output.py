@@ -2,6 +2,7 @@
 
 import os
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -105,7 +106,7 @@ def test_a_full_disk(paths, capsys):
 
 
 STOPPED = """
-import sys, time
+import sys
 from collide._tables import csv_files, stream
 from collide.__main__ import main
 
@@ -118,11 +119,11 @@ def slow(*arguments):
     calls.append(0)
     if len(calls) == 4:
         print("writing", flush=True)
-        time.sleep(60 if sys.argv.pop() == "kill" else 1.5)
+        sys.stdin.readline()
     return resolve(*arguments)
 
 stream.by_name.resolve = slow
-sys.exit(main(sys.argv[1:-1]))
+sys.exit(main(sys.argv[1:]))
 """
 
 
@@ -130,11 +131,13 @@ sys.exit(main(sys.argv[1:-1]))
 def test_a_run_that_is_stopped_leaves_the_old_output(how, status, paths):
     write(paths[0], LINE)
     write(paths[1], {"old": LINE["m1"]})
-    command = sys.executable, "-c", STOPPED, "resolve", paths[0], "-o", paths[1], "--overwrite", how
-    with process.running(*command) as stopped:
+    command = sys.executable, "-c", STOPPED, "resolve", paths[0], "-o", paths[1], "--overwrite"
+    with process.running(*command, stdin=process.PIPE) as stopped:
         assert stopped.stdout.readline() == "writing\n"
         getattr(stopped, how)()
-        assert stopped.wait(timeout=60) == status
+        time.sleep(0.3)  # in which the signal arrives
+        stopped.communicate("\n", timeout=60)
+        assert stopped.returncode == status
     np.testing.assert_array_equal(np.asarray(read(paths[1])["old"]), LINE["m1"])
     if how == "terminate":
         assert list(paths[1].parent.iterdir()) == [paths[1]]
