@@ -45,7 +45,10 @@ RADII = {
 
 @pytest.mark.parametrize("periodic", [False, True])
 @pytest.mark.parametrize("packing", [0.003, 0.4, 1.5])
-@pytest.mark.parametrize(("n", "aspect"), [(2, 1.0), (40, 1.0), (700, 30.0), (1500, 1.0)])
+@pytest.mark.parametrize(
+    ("n", "aspect"),
+    [(2, 1.0), (40, 1.0), (500, 1.0), (700, 30.0), pytest.param(1500, 1.0, marks=pytest.mark.campaign)],
+)
 def test_against_every_pair(n, aspect, packing, periodic, subtests):
     for radii, margin in itertools.product(RADII, (0.0, 0.07)):
         rng = np.random.default_rng(n)

@@ -52,7 +52,14 @@ def test_python(text, tmp_path, monkeypatch):
         exec(compile(text, "README.md", "exec"), {"__name__": "readme"})
 
 
-@pytest.mark.parametrize("text", blocks("sh"))
+def shell_blocks():
+    """The examples' takes long, and tests/house/test_examples.py has them in a small version."""
+    for block in blocks("sh"):
+        examples = "collide.examples" in block.values[0]
+        yield pytest.param(*block.values, id=block.id, marks=pytest.mark.campaign if examples else ())
+
+
+@pytest.mark.parametrize("text", [*shell_blocks()])
 def test_shell(text, tmp_path):
     """The commands of the clone are known; the rest is run here, on a file that the README describes."""
     columns = {k: np.ones(3) for k in ("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny")}
