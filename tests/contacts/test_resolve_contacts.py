@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import collide
+from tests.helpers.sizes import sizes
 
 INF = np.inf
 
@@ -35,11 +36,12 @@ def state(n, rng):
 @pytest.mark.parametrize("box", [None, (10.0, 7.0)])
 @pytest.mark.parametrize("masses", ["one", "each", "walls"])
 @pytest.mark.parametrize("restitution", ["elastic", "each"])
-def test_each_pair_sees_what_the_earlier_ones_left(box, masses, restitution):
+@sizes(usual=1000, campaign=3000)
+def test_each_pair_sees_what_the_earlier_ones_left(box, masses, restitution, size):
     rng = np.random.default_rng(0)
     (x, y), (vx, vy), m = state(200, rng)
     m = {"one": 2.0, "each": m, "walls": np.where(rng.random(200) < 0.1, INF, m)}[masses]
-    i, j = rng.integers(0, 200, (2, 3000))
+    i, j = rng.integers(0, 200, (2, size))
     keep = (i != j) & (np.isfinite(np.broadcast_to(m, 200))[i] | np.isfinite(np.broadcast_to(m, 200))[j])
     i, j = i[keep], j[keep]
     e = 1.0 if restitution == "elastic" else rng.uniform(0, 1, i.size)

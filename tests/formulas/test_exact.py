@@ -64,12 +64,12 @@ def test_line(size):
     assert error <= BOUND["resolve_1d"]
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize("kind", climb.RESTITUTIONS)
 @pytest.mark.parametrize("name", BOUND)
-@sizes(usual=200_000, campaign=4_000_000)
-def test_climbs_to_the_worst_case(name, kind, size):
-    """Of the formula before, the campaign finds 8.96 in the plane; one of 12 million candidates found 9.6."""
-    climbs = [climb.climb(name, kind, seed, size, wide=wide) for seed, wide in ((0, False), (3, False), (0, True))]
+def test_climbs_to_the_worst_case(name, kind):
+    """Of the formula before, the first of these finds 8.96 in the plane; one of 12 million candidates found 9.6."""
+    climbs = [climb.climb(name, kind, seed, wide=wide) for seed, wide in ((0, False), (3, False), (0, True))]
     error, row = max((error, pair.tolist()) for error, pair in climbs)
     print(f"{name}, e {kind}: worst found {error:.2f} eps, at {row}")
     assert 2.0 < error <= BOUND[name]
@@ -77,6 +77,7 @@ def test_climbs_to_the_worst_case(name, kind, size):
     assert naive.row_error(name, row, got) / climb.allowance(row[-1]) == pytest.approx(error, rel=0.01)
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize("kind", climb.RESTITUTIONS)
 @pytest.mark.parametrize("name", BOUND)
 def test_climbs_are_ranked_as_50_digits_would(name, kind):

@@ -6,6 +6,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
+import pytest
 
 import collide
 from collide.__main__ import main
@@ -39,6 +40,13 @@ def assert_one_line(capsys, *words):
 
 
 FORMATS = (".parquet", ".arrow", ".arrows", ".csv", "")
+# What starts processes goes through all formats as a campaign.
+few_formats = pytest.mark.parametrize(
+    "paths",
+    [".parquet", "", *(pytest.param(suffix, marks=pytest.mark.campaign) for suffix in (".arrow", ".arrows", ".csv"))],
+    indirect=True,
+    ids=lambda suffix: suffix or "folder",
+)
 
 
 def write(path, columns, **options):

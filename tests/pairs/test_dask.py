@@ -259,7 +259,11 @@ def test_starts_of_chunks(sizes, kind):
 # On a cluster
 
 
-@pytest.fixture(scope="module", params=[(2, 1, True), (1, 2, True), (1, 2, False)], ids=["2 x 1", "1 x 2", "threads"])
+@pytest.fixture(
+    scope="module",
+    params=[(2, 1, True), pytest.param((1, 2, True), marks=pytest.mark.campaign), (1, 2, False)],
+    ids=["2 x 1", "1 x 2", "threads"],
+)
 def cluster(request, tmp_path_factory):
     workers, threads, processes = request.param
     folder = tmp_path_factory.mktemp("workers")

@@ -50,7 +50,7 @@ def printed_by(code, seed=0, **variables):
 # Many short calls, so that each step of handing out is hit; and long ones, which are still waiting for their workers
 # when the next interrupts come.
 @pytest.mark.parametrize(("interrupts", "bits"), [(1, 16), (2, 21), (5, 21)])
-@sizes(usual=60, campaign=400)
+@sizes(usual=30, campaign=400)
 def test_an_interrupted_call_leaves_its_arrays_alone(interrupts, bits, size):
     code = f"""
 left, n = 0, 1 << {bits}

@@ -27,6 +27,7 @@ from tests.helpers.tables import (
     N,
     assert_one_line,
     assert_refused,
+    few_formats,
     read,
     resolve,
     write,
@@ -155,6 +156,7 @@ def on_a_terminal(source, target, *options):
     return shown.decode()
 
 
+@few_formats
 def test_progress_on_a_terminal(paths):
     write(paths[0], LINE)
     shown = on_a_terminal(*paths)

@@ -15,6 +15,7 @@ from tests.helpers.tables import (
     N,
     assert_one_line,
     assert_refused,
+    few_formats,
     read,
     resolve,
     write,
@@ -88,6 +89,7 @@ def test_a_folder_with_anything_else_in_it_is_not_replaced(tmp_path, capsys):
     assert (tmp_path / "b" / "thesis.tex").read_text() == "years of work"
 
 
+@few_formats
 def test_a_full_disk(paths, capsys):
     """A limit on the size of files stands for it: the same error at the same place."""
     write(paths[0], LINE)
@@ -127,6 +129,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@few_formats
 @pytest.mark.parametrize(("how", "status"), [("kill", -9), ("terminate", 143)])
 def test_a_run_that_is_stopped_leaves_the_old_output(how, status, paths):
     write(paths[0], LINE)
