@@ -30,7 +30,7 @@ def python(code, *arguments, **options):
 def printed_by(code, *arguments, **options):
     """What the code prints; a hang, a crash and anything on stderr fail."""
     done = python(code, *arguments, **options)
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.returncode, done.stderr) == (0, ""), done.stdout
     return done.stdout
 
 

@@ -40,7 +40,7 @@ def assert_one_line(capsys, *words):
 
 
 FORMATS = (".parquet", ".arrow", ".arrows", ".csv", "")
-# What starts processes goes through all formats as a campaign.
+# A test that starts processes goes through all formats as a campaign only.
 few_formats = pytest.mark.parametrize(
     "paths",
     [".parquet", "", *(pytest.param(suffix, marks=pytest.mark.campaign) for suffix in (".arrow", ".arrows", ".csv"))],

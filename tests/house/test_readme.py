@@ -53,7 +53,7 @@ def test_python(text, tmp_path, monkeypatch):
 
 
 def shell_blocks():
-    """The examples' takes long, and tests/house/test_examples.py has them in a small version."""
+    """That of the examples takes long, and test_examples.py has them in a small version."""
     for block in blocks("sh"):
         examples = "collide.examples" in block.values[0]
         yield pytest.param(*block.values, id=block.id, marks=pytest.mark.campaign if examples else ())
