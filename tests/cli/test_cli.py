@@ -193,7 +193,6 @@ def test_signal_handlers_are_put_back(ours, ending, source, target, monkeypatch)
 # As a command
 
 
-@pytest.mark.fast
 def test_module_runs_as_a_command(source, target):
     write(source, CARTESIAN)
     done = process.run(sys.executable, "-W", "error", "-m", "collide", "resolve", source, "-o", target, "--quiet")
@@ -201,6 +200,7 @@ def test_module_runs_as_a_command(source, target):
     assert_resolved(CARTESIAN, target, collide.resolve_2d(**CARTESIAN))
 
 
+@pytest.mark.fast
 def test_module_reports_bad_data_in_one_line(source, target):
     write(source, without(LINE, "v2"))
     done = process.run(sys.executable, "-m", "collide", "resolve", source, "-o", target)
