@@ -111,7 +111,8 @@ def test_kernels_are_kept_at_home_where_the_package_is_read_only(folder):
 
 
 @pytest.mark.parametrize(
-    "variable", ["HOME", "NUMBA_CACHE_DIR", pytest.param("XDG_CACHE_HOME", marks=pytest.mark.campaign)]
+    "variable",
+    ["HOME", *(pytest.param(name, marks=pytest.mark.campaign) for name in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR"))],
 )
 def test_works_where_nothing_is_writable(variable, folder):
     make_unwritable(folder)

@@ -94,7 +94,9 @@ def without(features):
     return {**numpy, "NUMBA_CPU_FEATURES": ",".join(f"-{name}" for name in matching(host))}
 
 
-@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize(
+    "level", ["baseline", "without AVX-512", pytest.param("without AVX2", marks=pytest.mark.campaign)]
+)
 @sizes(usual=["resolve_2d"], campaign=[*GOLDEN])
 def test_the_digests_on_others(level, size):
     env = process.environment(**without(LEVELS[level]))

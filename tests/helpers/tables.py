@@ -41,12 +41,8 @@ def assert_one_line(capsys, *words):
 
 FORMATS = (".parquet", ".arrow", ".arrows", ".csv", "")
 # A test that starts processes goes through all formats as a campaign only.
-few_formats = pytest.mark.parametrize(
-    "paths",
-    [".parquet", "", *(pytest.param(suffix, marks=pytest.mark.campaign) for suffix in (".arrow", ".arrows", ".csv"))],
-    indirect=True,
-    ids=lambda suffix: suffix or "folder",
-)
+FEW = [".parquet", "", *(pytest.param(suffix, marks=pytest.mark.campaign) for suffix in (".arrow", ".arrows", ".csv"))]
+few_formats = pytest.mark.parametrize("paths", FEW, indirect=True, ids=lambda suffix: suffix or "folder")
 
 
 def write(path, columns, **options):

@@ -115,7 +115,7 @@ print(not any(codes), len(codes))
     assert process.printed_by(EVERYTHING + code, size, timeout=180) == f"True {size}\n"
 
 
-@sizes(usual=12, campaign=50)
+@sizes(usual=6, campaign=50)
 def test_tasks_in_spawned_processes(size, tmp_path):
     (tmp_path / "task.py").write_text(EVERYTHING + "\n\ndef task(_):\n    return right(CALLS[:16])\n")
     code = f"""

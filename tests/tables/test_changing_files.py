@@ -11,7 +11,7 @@ import pytest
 
 from collide._tables import arrow_files, numpy_files
 from tests.helpers import process
-from tests.helpers.tables import FORMATS, LINE, assert_refused, resolve, write
+from tests.helpers.tables import FEW, LINE, assert_refused, resolve, write
 
 MANY = {name: np.resize(column, 30_000) for name, column in LINE.items()}  # a hundred blocks
 
@@ -64,7 +64,7 @@ print(json.dumps([run(*r) for r in [*runs, (1, add, 1), (1, add, 5000), (50, add
 """
 
 
-@pytest.fixture(params=FORMATS, ids=lambda suffix: suffix or "folder")
+@pytest.fixture(params=FEW, ids=lambda suffix: suffix or "folder")
 def changed(request, tmp_path):
     """What a run ends with, for several changes at several moments."""
     (tmp_path / "out").mkdir()
