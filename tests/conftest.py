@@ -17,3 +17,16 @@ def keep_threads():
     before = collide.get_num_threads()
     yield
     collide.set_num_threads(before)
+
+
+@pytest.fixture
+def source(tmp_path):
+    return tmp_path / "pairs.npz"
+
+
+@pytest.fixture
+def target(tmp_path):
+    """In a folder of its own, so that whatever is left behind there shows."""
+    folder = tmp_path / "results"
+    folder.mkdir()
+    return folder / "after.npz"

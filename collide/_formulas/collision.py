@@ -58,8 +58,8 @@ def changes(
     """j1, j2 and about j1 + j2.
 
     A first approximation and one correction: what it leaves of (j1+j2) n.n = (1+e) (v1-v2).n is shared out by the same
-    weights, which takes away the errors that both have in common; and one division serves both. tests/test_exact.py
-    counts what remains.
+    weights, which takes away the errors that both have in common; and one division serves both. What remains is
+    counted in tests/formulas/test_exact.py.
     """
     m1, m2 = comparable(as_float64(m1), as_float64(m2))
     e = as_float64(e)

@@ -1,0 +1,109 @@
+"""Contract 2 across processors: the same bits with AVX-512, AVX2 and SSE2, held by digests that stand here.
+
+Those of the inputs stand beside those of the results: where both differ, the inputs are at fault. After a change of
+either that is meant, `python -m tests.compile.test_processors` prints the new GOLDEN.
+"""
+
+import ast
+import hashlib
+import pprint
+import re
+import sys
+from pathlib import Path
+
+import llvmlite.binding
+import numpy as np
+import pytest
+
+import collide
+from tests.helpers import pairs, process
+from tests.helpers.sizes import sizes
+
+ROOT = Path(__file__).parents[2]
+N = 100_000
+# Of the inputs, and of the results.
+GOLDEN = {
+    "resolve_1d": ("df80bc32d9b0d790", "a315bcd5ed4ff517"),
+    "resolve_2d": ("d73d6f2ef625ae69", "2292e17a2569013e"),
+    "resolve_polar": ("3b401eb4c8889cb9", "a4b0ae30b43f0194"),
+    "impulse_2d": ("d73d6f2ef625ae69", "5728a00168ec71a3"),
+    "time_of_impact": ("c4b3ca919c15f413", "902adb3abbd9b074"),
+    "find_contacts": ("2e73d3f86e5c4e39", "9fd92fed33ba52e7"),
+    "resolve_contacts": ("d8c804be80ccc6ad", "058e41316b7a8645"),
+}
+
+
+def case(name):
+    """The inputs, 100,000 pairs of every size, some of them invalid, or 100,000 balls; and the results."""
+    if name in ("resolve_polar", "resolve_1d", "resolve_2d", "impulse_2d"):
+        c = pairs.polar(N, 5) if name == "resolve_polar" else pairs.cartesian(N, 5)
+        c = (*c[:4], c[-1]) if name == "resolve_1d" else c
+        u = getattr(collide, name)(*c[:-1], restitution=c[-1], invalid="nan")
+        return c, u if isinstance(u, tuple) else [u]
+    rng = np.random.default_rng(5)
+    if name == "time_of_impact":
+        c = *pairs.uniform(rng, -9, 9, (4, N)), pairs.uniform(rng, 0, 5, N)
+        return c, [collide.time_of_impact(*c)]
+    x, y = pairs.uniform(rng, 0, 700, (2, N))
+    radius = 0.02 * rng.integers(1, 60, N)
+    i, j = collide.find_contacts(x, y, radius, box=(700, 700), margin=0.25)
+    if name == "find_contacts":
+        return (x, y, radius), [i, j]
+    velocities = pairs.uniform(rng, -1, 1, (2, N))
+    (vx, vy), impulse = velocities.copy(), np.empty(i.size)
+    collide.resolve_contacts(i, j, radius, x, y, vx, vy, restitution=0.7, box=(700, 700), impulse=impulse)
+    return (x, y, radius, velocities), [vx, vy, impulse]
+
+
+def digest(arrays):
+    found = hashlib.sha256()
+    for a in arrays:
+        found.update(np.where(a != a, np.nan, a).tobytes())  # one NaN for all
+    return found.hexdigest()[:16]
+
+
+def digests(names):
+    return {name: tuple(map(digest, case(name))) for name in names}
+
+
+def test_the_digests_on_this_processor():
+    assert digests(GOLDEN) == GOLDEN
+
+
+# What each level goes without, of the features that LLVM and NumPy know of this machine.
+ALL = "."
+LEVELS = {
+    "baseline": ALL,
+    "without AVX2": r"avx|fma|f16c|xop|x86_v[34]",
+    "without AVX-512": r"avx-?512|avx10|x86_v4",
+}
+
+
+def without(features):
+    """The variables that take these from Numba and from NumPy, whose ufuncs make the inputs."""
+
+    def matching(names):
+        return [name for name in names if re.match(features, name, re.IGNORECASE)]
+
+    # NumPy refuses to go without its baseline, and warns of what the machine does not have: "found" is the rest.
+    found = np.show_config("dicts")["SIMD Extensions"].get("found", [])
+    numpy = {"NPY_DISABLE_CPU_FEATURES": " ".join(matching(found))}
+    if features == ALL:
+        return {**numpy, "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    host = llvmlite.binding.get_host_cpu_features()
+    return {**numpy, "NUMBA_CPU_FEATURES": ",".join(f"-{name}" for name in matching(host))}
+
+
+@pytest.mark.parametrize(
+    "level", ["baseline", "without AVX-512", pytest.param("without AVX2", marks=pytest.mark.campaign)]
+)
+@sizes(usual=["resolve_2d"], campaign=[*GOLDEN])
+def test_the_digests_on_others(level, size):
+    env = process.environment(**without(LEVELS[level]))
+    done = process.run(sys.executable, "-m", __name__, *size, cwd=ROOT, env=env, timeout=600)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert ast.literal_eval(done.stdout) == {name: GOLDEN[name] for name in size}
+
+
+if __name__ == "__main__":
+    pprint.pprint(digests(sys.argv[1:] or GOLDEN), sort_dicts=False)

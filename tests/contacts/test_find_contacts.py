@@ -1,0 +1,366 @@
+"""The search for contacts against every pair tried, wherever a grid could go wrong."""
+
+import itertools
+import threading
+import tracemalloc
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import collide
+from collide._contacts import grid as _grid
+from collide._contacts import search as _search
+from collide._system import memory as _memory
+from tests.helpers import naive
+from tests.helpers.sizes import sizes
+
+
+def check(x, y, radius, **options):
+    """The contacts, if they are those of the oracle, each once."""
+    i, j = collide.find_contacts(x, y, radius, **options)
+    assert i.dtype == j.dtype == np.intp
+    assert (i < j).all()
+    order = np.lexsort((j, i))
+    np.testing.assert_array_equal(np.stack([i, j], axis=1)[order], naive.find_contacts(x, y, radius, **options))
+    return i, j
+
+
+def scatter(n, packing, rng, radius=1.0, aspect=1.0):
+    """n balls strewn over a rectangle, and its sides."""
+    area = np.pi * np.sum(np.broadcast_to(radius, n) ** 2) / packing
+    sides = np.sqrt(area * aspect), np.sqrt(area / aspect)
+    return rng.uniform(0, sides[0], n), rng.uniform(0, sides[1], n), sides
+
+
+RADII = {
+    "equal": lambda n, rng: 1.0,
+    "nearly equal": lambda n, rng: rng.uniform(0.9, 1.1, n),
+    "1 to 20": lambda n, rng: np.where(rng.random(n) < 0.01, 1.0, 0.05),
+    "a million times": lambda n, rng: 10.0 ** rng.uniform(-6, 0, n),
+    "more than there are grids": lambda n, rng: 10.0 ** rng.uniform(-40, 0, n),
+    "points among balls": lambda n, rng: np.where(rng.random(n) < 0.5, 0.0, 0.3),
+}
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("packing", [0.003, 0.4, 1.5])
+@pytest.mark.parametrize(
+    ("n", "aspect"),
+    [(2, 1.0), (40, 1.0), (500, 1.0), (700, 30.0), pytest.param(1500, 1.0, marks=pytest.mark.campaign)],
+)
+def test_against_every_pair(n, aspect, packing, periodic, subtests):
+    for radii, margin in itertools.product(RADII, (0.0, 0.07)):
+        rng = np.random.default_rng(n)
+        radius = RADII[radii](n, rng)
+        x, y, box = scatter(n, packing, rng, radius, aspect)
+        x, y = x - 0.3 * box[0], y + 0.4 * box[1]  # a part of them outside the box
+        reach = 2 * np.max(radius) + margin
+        options = {"box": tuple(max(side, 2 * reach, 1.0) for side in box)} if periodic else {}
+        with subtests.test(radii=radii, margin=margin):
+            check(x, y, radius, margin=margin, **options)
+
+
+def test_boxes_of_few_cells_list_no_pair_twice(subtests):
+    rng = np.random.default_rng(1)
+    x, y = rng.uniform(-5, 5, (2, 150))
+    for box in itertools.product([2.0, 2.5, 3.0, 3.01, 3.99, 4.0, 4.01, 5.5], [2.0, 3.0, 4.01, 17.0]):
+        with subtests.test(box=box):
+            i, j = check(x, y, 0.5, box=box)
+            assert len(set(zip(i.tolist(), j.tolist(), strict=True))) == i.size > 0
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("offset", [0.0, 1e6, 2.0**40, 2.0**51, -(2.0**50)])
+def test_balls_that_just_touch(offset):
+    x, y = (c.ravel() + offset for c in np.meshgrid(np.arange(25.0), np.arange(30.0)))
+    i, _ = check(x, y, 0.5)
+    assert i.size == 24 * 30 + 25 * 29
+    i, _ = check(x, y, np.nextafter(0.5, 0))
+    assert i.size == 0
+    i, _ = check(x - offset, y - offset, 0.5, box=(25.0, 30.0))
+    assert i.size == 2 * 25 * 30
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.lists(st.tuples(st.integers(-40, 40), st.integers(-40, 40), st.integers(0, 12)), min_size=2, max_size=60),
+    st.sampled_from([1.0, 0.1, 1 / 3, 1e-160, 1e140]),
+    st.integers(0, 3),
+    st.none() | st.tuples(st.integers(54, 90), st.integers(54, 200)),
+)
+def test_lattices_of_any_scale(balls, unit, margin, box):
+    # On a lattice balls are often at exactly the distance that counts.
+    x, y, radius = unit * np.array(balls, float).T
+    options = {"margin": margin * unit}
+    if box is not None and 54 * unit >= 1e-150 and 200 * unit <= 1e150:
+        least = 2 * (2 * radius.max() + options["margin"])  # which 54 units may fall short of by a rounding
+        options["box"] = tuple(max(least, side * unit) for side in box)
+    check(x, y, radius, **options)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 2), min_size=2, max_size=40), st.data())
+def test_positions_of_any_size(points, data):
+    x, y = np.array(points).T
+    radius = data.draw(st.sampled_from([0.0, 1e-170, 1e-160, 1.0, 1e149]))
+    check(x, y, radius)
+    check(np.append(x, x[0]), np.append(y, y[0]), radius)
+    side = data.draw(st.sampled_from([4 * radius, 1e3, 1e150]))
+    if max(1e-150, 4 * radius) <= side:
+        check(x, y, radius, box=(side, side))
+
+
+@pytest.mark.parametrize("far", [1e4, 1e9, 1e16, 1e30, 1e300])
+@pytest.mark.parametrize("axis", [0, 1])
+@sizes(usual=20_000, campaign=100_000)
+def test_a_ball_in_the_far_distance(far, axis, size):
+    rng = np.random.default_rng(2)
+    n = size
+    x, y, _ = scatter(n, 0.4, rng)
+    near = collide.find_contacts(x, y, 1.0)
+    (x, y)[axis][0] = far
+    i, j = peak_of(x, y)
+    keep = (near.i != 0) & (near.j != 0)
+    assert sorted(zip(i, j, strict=True)) == sorted(zip(near.i[keep], near.j[keep], strict=True))
+
+
+def peak_of(x, y):
+    """The contacts of balls of radius 1, if they take up to 100 bytes a ball beyond themselves."""
+    _memory._spare.clear()
+    tracemalloc.start()
+    i, j = collide.find_contacts(x, y, 1.0)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak <= 100 * x.size + i.nbytes + j.nbytes
+    return i, j
+
+
+@pytest.mark.parametrize("packing", [1e-6, 0.1, 0.2, 0.4, 2.0])
+def test_memory(packing):
+    x, y, _ = scatter(200_000, packing, np.random.default_rng(3))
+    collide.find_contacts(x, y, 1.0)  # the process's first call loads the kernels too, which takes 17 MB
+    peak_of(x, y)
+    peak_of(x, y)
+
+
+@pytest.mark.fast
+def test_clusters_far_apart():
+    rng = np.random.default_rng(4)
+    x, y = rng.uniform(0, 50, (2, 1200))
+    x[:600] += 1e12
+    y[300:900] -= 1e7
+    assert check(x, y, 0.5)[0].size > 100
+
+
+@sizes(usual=1000, campaign=3000)
+def test_all_in_one_place(size, monkeypatch):
+    n = size
+    i, j = collide.find_contacts(np.full(n, 0.1), np.full(n, -7.0), 1e-3)
+    assert i.size == n * (n - 1) // 2
+    np.testing.assert_array_equal(np.unique(i * n + j), np.flatnonzero(np.triu(np.ones((n, n)), 1)))
+    assert collide.find_contacts(np.zeros(n), np.zeros(n), 0.0).i.size == i.size
+    monkeypatch.setattr(_search.memory, "installed", lambda: 160_000)
+    with pytest.raises(MemoryError, match="more than 10,000 contacts: there is no memory for a list of them"):
+        collide.find_contacts(np.zeros(n), np.zeros(n), 1.0)
+
+
+def test_no_more_contacts_than_there_is_memory_for(monkeypatch):
+    n = 40_000  # shares for several threads, none of which has too many alone
+    x, y, _ = scatter(n, 0.5, np.random.default_rng(8))
+    monkeypatch.setattr(_search, "_MANY", 1000)
+    monkeypatch.setattr(_search.memory, "free", lambda: 16 * 30_000)
+    with pytest.raises(MemoryError, match=r"^\d\d,\d\d\d contacts: there is no memory for a list of them"):
+        collide.find_contacts(x, y, 1.0)
+    monkeypatch.setattr(_search.memory, "free", lambda: 16 * 90_000)
+    assert 30_000 < collide.find_contacts(x, y, 1.0).i.size < 90_000
+
+
+def test_one_radius_for_all_is_one_level():
+    for size in (0.0, 1.0):
+        common = np.array([(size, 0.0, 0.0, 0.0)], _grid.COMMON)
+        assert len(_search.levels_of(np.full(1, size), size, common, 10**6)) == 1
+
+
+def test_distances_whose_squares_underflow():
+    # 0 <= 0 in float64, as written.
+    assert check([0.0, 2.0**-538], [0.0, 0.0], 1e-170)[0].size == 1
+    assert check([0.0, 2.0**-530], [0.0, 0.0], 1e-170)[0].size == 0
+
+
+def test_a_large_room_is_given_back():
+    _memory._spare.clear()
+    x, y, _ = scatter(300_000, 0.4, np.random.default_rng(9))
+    collide.find_contacts(x, y, 1.0)
+    assert sum(room.size for room in _memory._spare) <= 1 << 24
+    collide.find_contacts(x[:1000], y[:1000], 1.0)
+    assert len(_memory._spare) == 1
+
+
+@pytest.mark.usefixtures("keep_threads")
+@pytest.mark.parametrize("periodic", [False, True])
+def test_the_list_is_the_same_on_any_number_of_threads(periodic):
+    rng = np.random.default_rng(5)
+    n = 120_000
+    radius = np.where(rng.random(n) < 0.005, 1.0, rng.uniform(0.04, 0.1, n))
+    x, y, box = scatter(n, 0.5, rng, radius)
+    lists = []
+    for threads in (1, 2, 3, 8):
+        collide.set_num_threads(threads)
+        lists.append(collide.find_contacts(x, y, radius, box=box if periodic else None))
+    for other in lists[1:]:
+        np.testing.assert_array_equal(np.stack(lists[0]), np.stack(other))
+    assert lists[0].i.size > n // 2
+
+
+def test_threads_at_once():
+    rng = np.random.default_rng(6)
+    states = [scatter(20_000 + 999 * k, 0.5, rng)[:2] for k in range(4)]
+    alone = [collide.find_contacts(x, y, 1.0) for x, y in states]
+    together = [[] for _ in states]
+
+    def work(k):
+        together[k] = [collide.find_contacts(*states[k], 1.0) for _ in range(10)]
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for one, several in zip(alone, together, strict=True):
+        assert len(several) == 10
+        for contacts in several:
+            np.testing.assert_array_equal(np.stack(one), np.stack(contacts))
+
+
+@pytest.mark.fast
+def test_inputs_of_all_kinds():
+    x, y, want = np.array([0, 1, 5, 6]), np.array([0, 1, 0, 1]), [[0, 2], [1, 3]]
+    frozen = x.astype(np.float64)
+    frozen.flags.writeable = False
+    for xs in (x, x.tolist(), tuple(x), x.astype(np.float32), x.astype(">f8"), np.repeat(x, 2)[::2] * 1.0, frozen):
+        np.testing.assert_array_equal(collide.find_contacts(xs, y, np.float32(0.75)), want)
+    np.testing.assert_array_equal(collide.find_contacts(x, y, [0.75]), want)
+    np.testing.assert_array_equal(collide.find_contacts(x, y, [0.75] * 4, margin=np.float64(0)), want)
+    np.testing.assert_array_equal(collide.find_contacts(x, y, 0, margin=1.5), want)
+    np.testing.assert_array_equal(collide.find_contacts(x, y, 0.75, box=np.array([50, 50])), want)
+    np.testing.assert_array_equal(frozen, x)
+
+
+@pytest.mark.parametrize("box", [None, (9.0, 9.0)])
+def test_none_or_one(box):
+    for n in (0, 1):
+        i, j = collide.find_contacts(np.zeros(n), np.zeros(n), np.ones(n), box=box)
+        assert i.size == j.size == 0
+        assert i.dtype == j.dtype == np.intp
+    assert collide.find_contacts([], [], 1.0, box=box).i.size == 0
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"x": [0.0, np.nan, 1.0]}, ValueError, r"x\[1\] = nan: must be finite"),
+        ({"y": [0.0, 1.0, -np.inf]}, ValueError, r"y\[2\] = -inf: must be finite"),
+        ({"radius": [1.0, 1.0, -0.5]}, ValueError, r"radius\[2\] = -0.5: must be >= 0"),
+        ({"radius": -1.0}, ValueError, r"radius = -1.0: must be >= 0"),
+        ({"radius": np.inf}, ValueError, r"radius = inf: must be finite"),
+        ({"radius": [1.0, np.nan, 1.0]}, ValueError, r"radius\[1\] = nan: must be finite"),
+        ({"radius": 1e151}, ValueError, r"2 radius \+ margin = 2e\+151 for the largest ball: must be at most 1e\+150"),
+        ({"y": [0.0, 1.0]}, ValueError, r"y has shape \(2,\): must have that of x, \(3,\)"),
+        ({"x": 1.0}, ValueError, r"x has shape \(\): must be one-dimensional"),
+        ({"x": [[0.0, 1.0, 2.0]]}, ValueError, r"x has shape \(1, 3\): must be one-dimensional"),
+        ({"radius": [1.0, 1.0]}, ValueError, r"radius has shape \(2,\): must have that of x, \(3,\)"),
+        ({"margin": -0.1}, ValueError, r"margin = -0.1: must be one finite number >= 0"),
+        ({"margin": np.nan}, ValueError, r"margin = nan: must be one finite number >= 0"),
+        ({"margin": [0.1, 0.2]}, ValueError, r"margin = \[0.1, 0.2\]: must be one finite number >= 0"),
+        ({"margin": "wide"}, TypeError, r"margin: the dtype <U4 is not supported"),
+        ({"box": (4.0, 3.9)}, ValueError, r"box\[1\] = 3.9: must be at least 4.0, twice as far as balls touch"),
+        ({"box": (4.0, 4.0), "margin": 1.0}, ValueError, r"box\[0\] = 4.0: must be at least 6.0"),
+        ({"box": (0.0, 9.0)}, ValueError, r"box\[0\] = 0.0: must be from 1e-150 to 1e\+150"),
+        ({"box": (1e-151, 9.0), "radius": 0.0}, ValueError, r"box\[0\] = 1e-151: must be from 1e-150 to 1e\+150"),
+        ({"box": (1e151, 9.0)}, ValueError, r"box\[0\] = 1e\+151: must be from"),
+        ({"box": (9.0, np.nan)}, ValueError, r"box\[1\] = nan: must be from"),
+        ({"box": (9.0, -9.0)}, ValueError, r"box\[1\] = -9.0: must be from"),
+        ({"box": 9.0}, ValueError, r"box = 9.0: must be None or two lengths, \(Lx, Ly\)"),
+        ({"box": (9.0, 9.0, 9.0)}, ValueError, r"box = \(9.0, 9.0, 9.0\): must be None or two lengths"),
+        ({"x": ["a", "b", "c"]}, TypeError, r"x: the dtype <U1 is not supported"),
+        ({"y": np.ma.array([0.0, 1.0, 2.0])}, TypeError, "y: masked arrays are not supported"),
+        ({"radius": 1j}, TypeError, "radius: the dtype complex128 is not supported"),
+    ],
+)
+def test_bad_input(change, error, message):
+    arguments = {"x": [0.0, 1.0, 2.0], "y": [0.0, 1.0, 2.0], "radius": 1.0} | change
+    with pytest.raises(error, match=message):
+        collide.find_contacts(**arguments)
+
+
+def test_blocks_and_chunks_fit_the_shares():
+    # Kernels take whole blocks, chunks and buckets: what a share begins with is a multiple of each.
+    assert _grid.CHUNK % _grid.BLOCK == 0
+    rng = np.random.default_rng(7)
+    for n in (_grid.CHUNK - 1, _grid.CHUNK, _grid.CHUNK + 1, 3 * _grid.CHUNK + 65):
+        x, y, _ = scatter(n, 0.3, rng)
+        i, j = collide.find_contacts(x, y, 1.0)
+        assert ((x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2 <= 4.0).all()
+        assert i.size == np.unique(i * n + j).size
+        assert abs(i.size / (2 * 0.3 * n) - 1) < 0.1
+
+
+# The cost, without a clock: how many others share a ball's cell, and how many cells larger balls look at.
+
+LINE = np.arange(20_000) * 2.1
+HALF = np.arange(20_000) % 2 == 0
+
+
+def strewn(radius, packing, seed=10):
+    rng = np.random.default_rng(seed)
+    radius = radius(20_000, rng) if callable(radius) else radius
+    x, y, box = scatter(20_000, packing, rng, radius)
+    return x, y, radius, box
+
+
+TRAPS = {
+    "a gas": lambda: strewn(1.0, 0.4),
+    "a thin gas": lambda: strewn(1.0, 1e-4),
+    "a row": lambda: (LINE, 0 * LINE, 1.0, (LINE[-1] + 9, LINE[-1] + 9)),
+    "a column": lambda: (0 * LINE, LINE, 1.0, (LINE[-1] + 9, LINE[-1] + 9)),
+    "a diagonal": lambda: (LINE, LINE, 1.0, (LINE[-1] + 9, LINE[-1] + 9)),
+    "another diagonal": lambda: (LINE, -LINE, 1.0, (LINE[-1] + 9, LINE[-1] + 9)),
+    "two walls far apart": lambda: (LINE, np.where(HALF, 0.0, 1e7), 1.0, (LINE[-1] + 9, 3e7)),
+    "a row and one ball far away": lambda: (LINE, np.where(LINE == 0, 1e7, 0.0), 1.0, (LINE[-1] + 9, 3e7)),
+    "a lattice as wide as a torus": lambda: (LINE % 300 // 2.1 * 128.2, LINE // 300 * 128.2, 1.0, (2e4, 2e4)),
+    "points among balls": lambda: strewn(np.where(HALF, 1.0, 0.0), 0.4),
+    "specks among balls": lambda: strewn(np.where(HALF, 1.0, 1e-3), 0.4),
+    "few balls among specks": lambda: strewn(np.where(np.arange(20_000) % 100 == 0, 1.0, 1e-3), 0.1),
+    "sizes over six decades": lambda: strewn(RADII["a million times"], 0.4),
+    "sizes 1 to 20": lambda: strewn(RADII["1 to 20"], 0.4),
+}
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("trap", TRAPS)
+def test_nothing_makes_it_quadratic(trap, periodic, monkeypatch):
+    x, y, radius, box = TRAPS[trap]()
+    seen = []
+
+    class Search:
+        @property
+        def compiled(self):
+            return lambda *arguments: seen.append(arguments) or _grid.SEARCH.compiled(*arguments)
+
+    monkeypatch.setattr(_search, "SEARCH", Search())
+    collide.find_contacts(x, y, radius, box=box if periodic else None)
+    _, _, _, _, _, ends, grids, *_ = seen[0]
+    slots = [*grids["slot"], ends.size - 1]
+    balls = np.diff(ends[slots])
+    assert balls.sum() == x.size
+    assert (np.diff(ends).astype(float) ** 2).sum() / x.size < 40
+    looked_at = 0.0
+    for g, coarse in enumerate(grids):
+        for h in range(g + 1, len(grids)):
+            reach = coarse["radius"] + grids["radius"][h]
+            cells = (2 * reach * grids["per_x"][h] + 2) * (2 * reach * grids["per_y"][h] + 2)
+            looked_at += balls[g] * min(cells, slots[h + 1] - slots[h])
+    assert looked_at / x.size < 40

@@ -1,0 +1,298 @@
+"""Contacts resolved in list order, against the one-pair formula taken along the list."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import collide
+from tests.helpers.sizes import sizes
+
+INF = np.inf
+
+
+def in_order(i, j, m, x, y, vx, vy, restitution=1.0, box=None):
+    """The same, pair after pair in plain Python: velocities, impulses, and how many approached."""
+    vx, vy, impulse, resolved = vx.copy(), vy.copy(), np.zeros(len(i)), 0
+    m, e = np.broadcast_to(m, x.shape), np.broadcast_to(restitution, len(i))
+    if box is not None:
+        x, y = x % box[0], y % box[1]
+    for k, (a, b) in enumerate(zip(i, j, strict=True)):
+        nx, ny = x[b] - x[a], y[b] - y[a]
+        if box is not None:
+            nx, ny = nx - box[0] * np.rint(nx / box[0]), ny - box[1] * np.rint(ny / box[1])
+        pair = m[a], m[b], vx[a], vy[a], vx[b], vy[b], nx, ny, e[k]
+        if (vx[a] - vx[b]) * nx + (vy[a] - vy[b]) * ny > 0:
+            impulse[k] = collide.scalar.impulse_2d(*pair)
+            vx[a], vy[a], vx[b], vy[b] = collide.scalar.resolve_2d(*pair)
+            resolved += 1
+    return vx, vy, impulse, resolved
+
+
+def state(n, rng):
+    return rng.uniform(0.0, 10.0, (2, n)), rng.normal(size=(2, n)), rng.uniform(0.1, 5.0, n)
+
+
+@pytest.mark.parametrize("box", [None, (10.0, 7.0)])
+@pytest.mark.parametrize("masses", ["one", "each", "walls"])
+@pytest.mark.parametrize("restitution", ["elastic", "each"])
+@sizes(usual=1000, campaign=3000)
+def test_each_pair_sees_what_the_earlier_ones_left(box, masses, restitution, size):
+    rng = np.random.default_rng(0)
+    (x, y), (vx, vy), m = state(200, rng)
+    m = {"one": 2.0, "each": m, "walls": np.where(rng.random(200) < 0.1, INF, m)}[masses]
+    i, j = rng.integers(0, 200, (2, size))
+    keep = (i != j) & (np.isfinite(np.broadcast_to(m, 200))[i] | np.isfinite(np.broadcast_to(m, 200))[j])
+    i, j = i[keep], j[keep]
+    e = 1.0 if restitution == "elastic" else rng.uniform(0, 1, i.size)
+    *want, resolved = in_order(i, j, m, x, y, vx, vy, e, box)
+    impulse = np.full(i.size, 9.0)
+    assert collide.resolve_contacts(i, j, m, x, y, vx, vy, restitution=e, box=box, impulse=impulse) == resolved > 200
+    for got, exact in zip((vx, vy, impulse), want, strict=True):
+        np.testing.assert_array_equal(got, exact)
+
+
+@pytest.mark.usefixtures("keep_threads")
+def test_a_gas_keeps_momentum_and_energy_on_any_number_of_threads():
+    rng = np.random.default_rng(1)
+    n = 100_000
+    side = np.sqrt(n * np.pi / 0.5)
+    x, y = rng.uniform(0, side, (2, n))
+    v = rng.normal(size=(2, n))
+    results = []
+    for threads in (1, 2, 8):
+        collide.set_num_threads(threads)
+        u = v.copy()
+        i, j = collide.find_contacts(x, y, 1.0, box=(side, side))
+        count = collide.resolve_contacts(i, j, 3.0, x, y, *u, box=(side, side))
+        results.append((count, u.tobytes()))
+    assert results[0] == results[1] == results[2]
+    assert 0.4 * i.size < count < 0.6 * i.size
+    np.testing.assert_allclose(u.sum(axis=1), v.sum(axis=1), atol=1e-10)
+    assert abs((u * u).sum() / (v * v).sum() - 1) < 1e-13
+
+
+@pytest.mark.fast
+def test_the_nearest_image_is_hit():
+    vx, vy = np.array([-1.0, 0.0]), np.zeros(2)
+    args = [0], [1], 1.0, [0.5, 9.5], [0.0, 40.0], vx, vy
+    assert collide.resolve_contacts(*args) == 0
+    assert collide.resolve_contacts(*args, box=(10.0, 10.0)) == 1
+    assert vx.tolist() == [0.0, -1.0]
+
+
+def test_far_outside_the_box_the_nearest_image_is_that_of_the_search():
+    x, y, box = np.array([0.02, 1e9 + 0.03]), np.array([0.0, 0.0]), (0.1, 0.1)
+    v, inside = np.array([1.0, 0.0]), np.array([1.0, 0.0])
+    vy, vy_inside = np.array([0.0, 1.0]), np.array([0.0, 1.0])
+    collide.resolve_contacts([0], [1], 1.0, x, y + 0.01, v, vy, box=box)
+    collide.resolve_contacts([0], [1], 1.0, x % 0.1, y + 0.01, inside, vy_inside)
+    np.testing.assert_array_equal((v, vy), (inside, vy_inside))
+    assert collide.resolve_contacts([0], [1], 1.0, [0.0, 1e200], [0.0, 1.0], *np.eye(2), box=(1e-150, 3.0)) in (0, 1)
+
+
+@pytest.mark.fast
+def test_balls_at_rest_are_not_resolved():
+    for m in (1.0, INF):
+        vx, vy = np.array([-0.0, 0.0]), np.array([0.0, -0.0])
+        assert collide.resolve_contacts([0], [1], m, [0.0, 1.0], [0.0, 0.0], vx, vy) == 0
+        assert np.signbit([*vx, *vy]).tolist() == [True, False, False, True]
+
+
+@pytest.mark.fast
+def test_an_impulse_that_is_too_large():
+    args = [0], [1], 1e200, [0.0, 1.0], [0.0, 0.0]
+    vx = np.array([1e200, 0.0])
+    with pytest.raises(collide.InvalidPairError, match="too large"):
+        collide.resolve_contacts(*args, vx, np.zeros(2), impulse=np.zeros(1))
+    assert vx.tolist() == [1e200, 0.0]
+    assert collide.resolve_contacts(*args, vx, np.zeros(2)) == 1  # nobody asks for the impulse
+    assert vx.tolist() == [0.0, 1e200]
+
+
+def test_nothing_to_do():
+    v = np.ones(3)
+    assert collide.resolve_contacts([], [], 1.0, np.ones(3), np.ones(3), v, np.ones(3)) == 0
+    assert collide.resolve_contacts([], [], 1.0, [], [], np.empty(0), np.empty(0), impulse=np.empty(0)) == 0
+    assert v.tolist() == [1.0, 1.0, 1.0]
+
+
+# Five balls on a line, 0 and 1 collide, as do 3 and 4; what stands between them is invalid.
+POSITION = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
+SPEED = np.array([1.0, 0.0, 0.0, 1.0, 0.0])
+BROKEN = {
+    "m1 = -1.0: a mass must be >= 0": {"m": [1, -1, 1, 1, 1]},
+    "m2 = nan: a mass must be >= 0": {"m": [1, 1, np.nan, 1, 1]},
+    "m1 = m2 = 0: one mass of a pair must be above 0": {"m": [1, 0, 0, 1, 1]},
+    "nx = ny = 0: the normal must have a length": {"x": [0, 1, 1, 3, 4]},
+    "nx = nan: must be finite": {"x": [0, 1, np.nan, 3, 4]},
+    "nx = inf: must be finite": {"x": [0, 1, INF, 3, 4]},
+    "v2y = nan: must be finite": {"vy": [0, 0, np.nan, 0, 0]},
+    "v2x = inf: must be finite": {"vx": [1, 0, INF, 1, 0]},
+    "restitution = -0.5: must be finite and >= 0": {"restitution": [1.0, -0.5, 1.0]},
+    "restitution = inf: must be finite and >= 0": {"restitution": [1.0, INF, 1.0]},
+    "the result of the collision, or a step on the way to it, is too large": {
+        "vx": [1, 0, -1.7e308, 1, 0],
+        "m": [0.25, 1, 3, 1, 1],
+    },
+}
+
+
+def broken(change):
+    s = {"m": np.ones(5), "x": POSITION, "y": np.zeros(5), "vx": SPEED, "vy": np.zeros(5), "restitution": 1.0} | change
+    s = {name: np.array(value, float) for name, value in s.items()}
+    options = {"restitution": s.pop("restitution"), "impulse": np.full(3, 9.0)}
+    return ([0, 1, 3], [1, 2, 4], *s.values()), options
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("reason", BROKEN)
+@pytest.mark.parametrize("invalid", ["raise", "keep", "nan"])
+def test_invalid_pairs(reason, invalid):
+    args, options = broken(BROKEN[reason])
+    *_, vx, vy = args
+    before = vx.copy(), vy.copy()
+    first = 1
+    if reason.startswith("m1 = -1.0"):
+        first = 0  # as ball 2 of the pair before
+        args[0][0], args[1][0] = 1, 2
+    if invalid == "raise":
+        with pytest.raises(collide.InvalidPairError) as info:
+            collide.resolve_contacts(*args, **options)
+        assert info.value.index == (first,)
+        assert info.value.reason.startswith(f"balls 1 and 2, as 1 and 2: {reason}")
+    else:
+        assert collide.resolve_contacts(*args, **options, invalid=invalid) == (1 if first == 0 else 2)
+    assert (vx[3], vx[4]) == (0.0, 1.0)
+    assert options["impulse"][2] > 0
+    if invalid == "nan":
+        assert np.isnan([vx[1], vy[1], vx[2], vy[2], options["impulse"][1]]).all()
+    else:
+        assert options["impulse"][1] == 0.0
+        np.testing.assert_array_equal((vx[2], vy[2]), (before[0][2], before[1][2]))
+
+
+def test_nan_makes_later_pairs_of_its_balls_invalid():
+    vx = np.array([1.0, 0.0, 0.0, 0.0])
+    with pytest.raises(collide.InvalidPairError, match="2 invalid pairs in all") as info:
+        collide.resolve_contacts([0, 1, 2], [1, 2, 3], [-1.0, 1, 1, -1], POSITION[:4], np.zeros(4), vx, np.zeros(4))
+    assert info.value.index == (0,)
+    vx = np.array([1.0, 0.0, 0.0, 0.0])
+    collide.resolve_contacts(
+        [0, 1, 2], [1, 2, 3], [-1.0, 1, 1, 1], POSITION[:4], np.zeros(4), vx, np.zeros(4), invalid="nan"
+    )
+    assert np.isnan(vx).all()
+
+
+def test_two_immovable_balls_matter_only_where_they_approach():
+    args = [0], [1], INF, [0.0, 1.0], [0.0, 0.0]
+    assert collide.resolve_contacts(*args, np.array([-1.0, 0.0]), np.zeros(2)) == 0
+    with pytest.raises(collide.InvalidPairError, match="m1 = m2 = inf: two immovable balls cannot collide"):
+        collide.resolve_contacts(*args, np.array([1.0, 0.0]), np.zeros(2))
+
+
+def arguments():
+    return {
+        "i": np.array([0, 1]),
+        "j": np.array([1, 2]),
+        "m": 1.0,
+        "x": np.arange(3.0),
+        "y": np.zeros(3),
+        "vx": np.array([3.0, 2.0, 1.0]),
+        "vy": np.zeros(3),
+        "impulse": np.full(2, 9.0),
+    }
+
+
+def frozen(n):
+    array = np.zeros(n)
+    array.flags.writeable = False
+    return array
+
+
+SHARED = np.zeros(4)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"i": [0, 3]}, IndexError, r"i\[1\] = 3: must be the number of one of the 3 balls"),
+        ({"j": [-1, 2]}, IndexError, r"j\[0\] = -1: must be the number of one of the 3 balls"),
+        ({"j": np.array([2**63, 2], np.uint64)}, IndexError, r"j\[0\] = 9223372036854775808: must be the number"),
+        ({"i": [0, 2]}, ValueError, r"i\[1\] = j\[1\] = 2: a ball cannot collide with itself"),
+        ({"i": [0.0, 1.0]}, TypeError, "i has dtype float64: must have an integer dtype"),
+        ({"j": [True, True]}, TypeError, "j has dtype bool: must have an integer dtype"),
+        ({"j": [1]}, ValueError, r"j has shape \(1,\): must have that of i, \(2,\)"),
+        ({"i": 0}, ValueError, r"i has shape \(\): must be one-dimensional"),
+        ({"y": np.zeros(4)}, ValueError, r"y has shape \(4,\): must have that of x, \(3,\)"),
+        ({"m": [1.0, 1.0]}, ValueError, r"m has shape \(2,\): must have that of x, \(3,\)"),
+        ({"restitution": [1.0, 1.0, 1.0]}, ValueError, r"restitution has shape \(3,\): must have that of i, \(2,\)"),
+        ({"vx": np.zeros(2)}, ValueError, r"vx has shape \(2,\): must have that of x, \(3,\)"),
+        ({"vy": [0.0, 0.0, 0.0]}, TypeError, "vy is of type list: must be a NumPy array, as it is written to"),
+        ({"vx": np.ma.zeros(3)}, TypeError, "vx is of type MaskedArray: must be a NumPy array"),
+        ({"vx": np.zeros(3, np.float32)}, TypeError, "vx has dtype float32: must have float64"),
+        ({"vy": np.zeros(3, ">f8")}, TypeError, "vy has dtype >f8: must have float64"),
+        ({"vx": np.zeros(3, int)}, TypeError, "vx has dtype int64: must have float64"),
+        ({"vy": frozen(3)}, ValueError, "vy is read-only"),
+        ({"impulse": np.zeros(3)}, ValueError, r"impulse has shape \(3,\): must have that of i, \(2,\)"),
+        ({"impulse": frozen(2)}, ValueError, "impulse is read-only"),
+        ({"vx": SHARED[1:], "vy": SHARED[:3]}, ValueError, "vx and vy share memory"),
+        ({"vx": SHARED[1:], "impulse": SHARED[:2]}, ValueError, "vx and impulse share memory"),
+        ({"invalid": "ignore"}, ValueError, "invalid = 'ignore': must be one of 'raise', 'keep', 'nan'"),
+        ({"box": (0, 1)}, ValueError, r"box\[0\] = 0: must be from"),
+        ({"m": "heavy"}, TypeError, "m: the dtype <U5 is not supported"),
+    ],
+)
+def test_bad_input_is_refused_before_anything_is_written(change, error, message):
+    given = arguments() | change
+    before = {name: np.copy(given[name]) for name in ("vx", "vy", "impulse")}
+    with pytest.raises(error, match=message):
+        collide.resolve_contacts(**given)
+    for name, old in before.items():
+        np.testing.assert_array_equal((arguments() | change)[name], old)
+
+
+@pytest.mark.fast
+def test_strides_and_shared_memory():
+    rng = np.random.default_rng(2)
+    (x, y), (vx, vy), m = state(50, rng)
+    i, j = np.array(list(itertools.combinations(range(50), 2))).T
+    *want, _ = in_order(i, j, m, x, y, vx, vy)
+
+    table = np.stack([x, y, vx, vy, m], axis=1)  # one row a ball: nothing is contiguous
+    impulses = np.zeros((i.size, 2))
+    collide.resolve_contacts(i, j, table[:, 4], *table.T[:4], impulse=impulses[:, 1])
+    np.testing.assert_array_equal(table[:, 2:4].T, want[:2])
+    np.testing.assert_array_equal(impulses.T, [np.zeros(i.size), want[2]])
+
+    # The positions lie where the velocities are written: what counts are the positions before.
+    u, uy = x.copy(), vy.copy()
+    *want, _ = in_order(i, j, m, x, y, x, vy)
+    collide.resolve_contacts(i.astype(np.int32), j.astype(np.uint8), m, u, y, u, uy)
+    np.testing.assert_array_equal((u, uy), want[:2])
+
+
+def test_restitution_may_lie_where_the_impulses_go():
+    memory = np.array([1.0, 0.5, 0.25, 9.0])
+    x, want = np.arange(4.0), np.empty(3)
+    args = [0, 1, 2], [1, 2, 3], 1.0, x, np.zeros(4)
+    collide.resolve_contacts(*args, 3.0 - x, np.zeros(4), restitution=memory[:3].copy(), impulse=want)
+    collide.resolve_contacts(*args, 3.0 - x, np.zeros(4), restitution=memory[:3], impulse=memory[1:])
+    np.testing.assert_array_equal(memory[1:], want)
+
+
+def test_a_closing_speed_that_is_no_number_is_no_parting():
+    """inf - inf: neither approaching nor not, and so invalid."""
+    vx, vy = np.array([1.7e308, -1.7e308]), np.array([-1.7e308, 1.7e308])
+    with pytest.raises(collide.InvalidPairError):
+        collide.resolve_contacts([0], [1], 1.0, [0.0, 1.0], [0.0, 1.0], vx, vy)
+
+
+def test_a_box_smaller_than_one():
+    """The nearest image, askew: n is not along an axis."""
+    x, y = np.array([0.05, 0.45]), np.array([0.05, 0.43])
+    vx, vy = np.array([-1.0, 0.0]), np.array([0.0, 0.0])
+    assert collide.resolve_contacts([0], [1], 1.0, x, y, vx, vy, box=(0.5, 0.5)) == 1
+    u = collide.resolve_2d(1.0, 1.0, -1.0, 0.0, 0.0, 0.0, -0.1, -0.12)
+    np.testing.assert_allclose([vx[0], vy[0], vx[1], vy[1]], u, rtol=1e-13, atol=1e-15)

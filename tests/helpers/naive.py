@@ -1,0 +1,119 @@
+"""The slow, independent oracle: the collision seen from the centre of mass, at 50 digits. Imports nothing of collide.
+
+In that frame the pair has no momentum, so each ball simply leaves with -e times its velocity along the line of centres.
+"""
+
+import mpmath
+import numpy as np
+from mpmath import mp, mpf
+
+mp.dps = 50
+EPS = 2.0**-52
+
+
+def _centre(m1, m2, v1, v2):
+    """The velocity of the centre of mass; an immovable ball is the centre itself."""
+    if mpmath.isinf(m1):
+        return v1
+    if mpmath.isinf(m2):
+        return v2
+    return [(m1 * a + m2 * b) / (m1 + m2) for a, b in zip(v1, v2, strict=True)]
+
+
+def _reflect(v, centre, n, e):
+    square = sum(x * x for x in n)
+    along = sum((a - c) * x for a, c, x in zip(v, centre, n, strict=True)) / square
+    return [a - (1 + e) * along * x for a, x in zip(v, n, strict=True)]
+
+
+def _collide(m1, m2, v1, v2, n, e):
+    centre = _centre(m1, m2, v1, v2)
+    return [*_reflect(v1, centre, n, e), *_reflect(v2, centre, n, e)]
+
+
+def resolve_1d(m1, m2, v1, v2, e=1.0):
+    m1, m2, v1, v2, e = map(mpf, (m1, m2, v1, v2, e))
+    return _collide(m1, m2, [v1], [v2], [mpf(1)], e)
+
+
+def resolve_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny, e=1.0):
+    m1, m2, v1x, v1y, v2x, v2y, nx, ny, e = map(mpf, (m1, m2, v1x, v1y, v2x, v2y, nx, ny, e))
+    return _collide(m1, m2, [v1x, v1y], [v2x, v2y], [nx, ny], e)
+
+
+def polar_to_cartesian(v, theta):
+    with mp.workdps(50 + max(0, int(mpmath.log10(abs(mpf(theta)) + 1)))):
+        return mpf(v) * mp.cos(mpf(theta)), mpf(v) * mp.sin(mpf(theta))
+
+
+def resolve_polar(m1, m2, v1, theta1, v2, theta2, phi, e=1.0):
+    before = *polar_to_cartesian(v1, theta1), *polar_to_cartesian(v2, theta2)
+    return resolve_2d(m1, m2, *before, *polar_to_cartesian(1, phi), e)
+
+
+def impulse_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny, e=1.0):
+    """What the lighter ball's velocity changes by, times its mass, along n/|n| and as seen by ball 2."""
+    m1, m2, v1x, v1y, v2x, v2y, nx, ny, e = map(mpf, (m1, m2, v1x, v1y, v2x, v2y, nx, ny, e))
+    u1x, u1y, u2x, u2y = resolve_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny, e)
+    change = [v1x - u1x, v1y - u1y] if m1 <= m2 else [u2x - v2x, u2y - v2y]
+    return min(m1, m2) * (change[0] * nx + change[1] * ny) / mp.sqrt(nx * nx + ny * ny)
+
+
+def time_of_impact(dx, dy, dvx, dvy, distance):
+    """The smaller root of the quadratic, as a textbook has it, at enough digits that nothing is lost."""
+    with mp.workdps(150):
+        dx, dy, dvx, dvy, distance = map(mpf, (dx, dy, dvx, dvy, distance))
+        a, b, c = dvx**2 + dvy**2, dx * dvx + dy * dvy, dx**2 + dy**2 - distance**2
+        if b >= 0 or b**2 < a * c:
+            return mpf("inf")
+        return max(mpf(0), (-b - mp.sqrt(b**2 - a * c)) / a)
+
+
+def error_in_eps(got, exact, before):
+    """The largest error of the components, in 2**-52 of the largest component before or after."""
+    scale = max(abs(mpf(x)) for x in (*before, *exact))
+    if scale == 0:
+        return 0.0 if all(g == 0 for g in got) else np.inf
+    return float(max(abs(mpf(float(g)) - x) for g, x in zip(got, exact, strict=True)) / scale / EPS)
+
+
+def velocities_before(name, row):
+    """The components before the collision, of a row of the arguments of the function of that name."""
+    if name == "resolve_polar":
+        return [*polar_to_cartesian(*row[2:4]), *polar_to_cartesian(*row[4:6])]
+    return row[2:4] if name == "resolve_1d" else row[2:6]
+
+
+def row_error(name, row, got):
+    return error_in_eps(got, globals()[name](*row), velocities_before(name, row))
+
+
+def worst(job):
+    """The largest error of some rows, and which it is of."""
+    name, rows, results = job
+    return max((row_error(name, row, got), row) for row, got in zip(rows, results, strict=True))
+
+
+def ulps(got, exact):
+    """The distance of a float64 from an exact value, in units in the last place of the exact value."""
+    if exact == 0:
+        return abs(got) / 5e-324
+    exponent = max(int(mpmath.frexp(abs(exact))[1]) - 53, -1074)
+    return float(abs(mpf(float(got)) - exact) * mpf(2) ** -exponent)
+
+
+def find_contacts(x, y, radius, box=None, margin=0.0):
+    """Every pair tried, in the arithmetic that the documentation states; the pairs in order."""
+    x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
+    radius = np.broadcast_to(np.asarray(radius, np.float64), x.shape)
+    square = np.zeros((x.size, x.size))
+    with np.errstate(over="ignore", under="ignore"):
+        for k, c in enumerate((x, y)):
+            if box is not None:
+                c = np.where((c >= 0) & (c < box[k]), c, c % box[k])
+            d = abs(c - c[:, None])
+            if box is not None:
+                d = np.minimum(d, box[k] - d)
+            square += d * d
+        reach = radius + radius[:, None] + margin
+        return np.argwhere(np.triu(square <= reach * reach, 1))

@@ -1,0 +1,50 @@
+"""What the tests of .npz archives and of the command line share: tables of a hundred rows, and their files."""
+
+import zipfile
+
+import numpy as np
+
+from tests.helpers import tables
+
+N = 100
+FORMS = {
+    form: ({name: column[:N] for name, column in columns.items()}, function)
+    for form, (columns, function) in tables.FORMS.items()
+}
+LINE, CARTESIAN, POLAR = (columns for columns, _ in FORMS.values())
+
+
+def write(path, columns):
+    """As numpy.savez, but under any names and without a word about objects."""
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, column in columns.items():
+            with archive.open(f"{name}.npy", "w") as file:
+                np.lib.format.write_array(file, np.asanyarray(column))
+
+
+def read(path):
+    with np.load(path, allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files}
+
+
+def identical(a, b):
+    return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+
+
+def assert_resolved(columns, target, expected):
+    """All the input's columns, bit for bit and in order, and after them the results."""
+    written = read(target)
+    whole = {**{name: np.asanyarray(c) for name, c in columns.items()}, **expected._asdict()}
+    assert list(written) == list(whole)
+    for name, column in whole.items():
+        assert identical(written[name], column), name
+
+
+def assert_refused(capsys, target, *words):
+    """One line that holds these words, no output, nothing left behind."""
+    tables.assert_one_line(capsys, *words)
+    assert list(target.parent.iterdir()) == []
+
+
+def without(columns, *names):
+    return {name: column for name, column in columns.items() if name not in names}

@@ -1,0 +1,176 @@
+"""The house rules that a reader relies on: who imports whom, and where compile options may be."""
+
+import ast
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+import collide
+from tests.helpers import process
+
+PACKAGE = Path(collide.__file__).parent
+# Each module imports from earlier lines only.
+ORDER = """
+    _typing  _system.signals  _system.locks  _system.forks  _system.ownership  _system.renaming
+    _system.memory  _tables.replacement
+    _compile.cache
+    _compile.options
+    _compile.kernel
+    _compile.lanes
+    _compile.components  _compile.elementwise  _compile.memory
+    _compile.gather
+    _formulas.exact
+    _formulas.sincos  _formulas.impact
+    _formulas.collision
+    scalar
+    _pairs.loop
+    _pairs.forms  errors  _system.threads  _pairs.arguments
+    _pairs.results  _pairs.blocks
+    _cli.limit  _pairs.execution  _contacts.torus
+    _contacts.grid
+    _contacts.layout
+    _contacts.search  _contacts.in_order  _tables.conservation  _tables.by_name
+    batch  contacts  _tables.stream  _tables.arrow_batches
+    arrow  _tables.numpy_files  _tables.arrow_files  dask
+    _tables.ipc_files  _tables.csv_files
+    __init__
+    _cli.demo
+    __main__
+"""
+RANK = {name: i for i, line in enumerate(ORDER.splitlines()) for name in line.split()}
+MODULES = [path for path in sorted(PACKAGE.rglob("*.py")) if path.parent.name != "examples"]
+ROOMS = {path.parent.name for path in MODULES} - {PACKAGE.name}
+OPTIONS = re.compile(
+    r"^\s*@(numba\.)?(n?jit|(gu)?vectorize)\b|\b(n?jit|register_jitable)\(|fastmath|error_model", re.MULTILINE
+)
+
+
+def name_of(path):
+    return ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+
+
+def imports(path):
+    """The modules that one takes something from, by the package's own names."""
+    here = name_of(path).split(".")[:-1]
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.level > 0:
+            base = [*here[: len(here) + 1 - node.level], *(node.module or "").split(".")]
+            for alias in node.names:
+                whole = ".".join(part for part in (*base, alias.name) if part)
+                yield next((name for name in (whole, whole.rpartition(".")[0]) if name in RANK), "__init__")
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_imports_run_one_way(path):
+    if path.name == "__init__.py" and path.parent != PACKAGE:
+        assert not list(imports(path))
+        return
+    assert name_of(path) in RANK, "a new module needs its place in the order"
+    for name in imports(path):
+        assert RANK[name] < RANK[name_of(path)], name
+
+
+@pytest.mark.fast
+def test_every_room_says_what_it_is_for():
+    for room in ROOMS:
+        assert len(ast.get_docstring(ast.parse((PACKAGE / room / "__init__.py").read_text()))) > 20
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_compile_options_are_in_one_place(path):
+    if name_of(path) != "_compile.options":
+        assert not OPTIONS.search(path.read_text())
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.glob("examples/*.py")), ids=lambda path: path.stem)
+def test_examples_compile_as_a_user_would_without_options(path):
+    assert not OPTIONS.search(re.sub(r"^@numba\.njit(?=\s)", "", path.read_text(), flags=re.MULTILINE))
+
+
+@pytest.mark.fast
+def test_the_public_names():
+    assert set(collide.__all__) == {
+        "InvalidPairError",
+        "find_contacts",
+        "get_num_threads",
+        "impulse_2d",
+        "resolve_1d",
+        "resolve_2d",
+        "resolve_contacts",
+        "resolve_polar",
+        "scalar",
+        "set_num_threads",
+        "time_of_impact",
+    }
+    for name in collide.__all__:
+        assert getattr(collide, name).__doc__
+
+
+def test_importing_needs_numpy_and_numba_only():
+    code = (
+        "import sys, numba; before = set(sys.modules); import collide; "
+        "print(sorted({name.split('.')[0] for name in set(sys.modules) - before} - set(sys.stdlib_module_names)))"
+    )
+    assert set(ast.literal_eval(process.printed_by(code))) <= {"collide", "llvmlite", "numba", "numpy"}
+
+
+def test_importing_without_docstrings():
+    code = "import collide; print(collide.resolve_2d.__doc__, collide.resolve_1d(1.0, 1.0, 3.0, 5.0))"
+    done = process.run(sys.executable, "-OO", "-c", code)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("None Velocities1D(u1=np.float64(5.0)")
+
+
+@pytest.mark.parametrize("other", ["sys.byteorder = 'big'", "sys.maxsize = 2**31 - 1"])
+def test_other_platforms_are_refused(other):
+    code = f"import sys; {other}; import collide"
+    assert "ImportError: collide needs a 64-bit, little-endian platform" in process.python(code).stderr
+
+
+# What of Numba and llvmlite no documentation promises: where a new version breaks the package, it is one of these.
+PRIVATE = {
+    "llvmlite.ir",
+    "numba.core.caching.NullCache",
+    "numba.core.cgutils",
+    "numba.core.compiler.CompileResult",
+    "numba.core.compiler_lock.global_compiler_lock",
+    "numba.core.config",
+    "numba.core.serialize.dumps",
+    "numba.core.typing.templates.AbstractTemplate",
+    "numba.core.typing.templates.infer_global",
+    "numba.core.typing.templates.signature",
+}
+PRIVATE_ATTRIBUTES = {"_cache", "_rebuild", "_reduce", "_search_new_conversions"}
+PUBLIC = {
+    "llvmlite",
+    "numba",
+    "numba.extending.lower_builtin",
+    "numba.extending.models",
+    "numba.extending.overload",
+    "numba.extending.register_jitable",
+    "numba.extending.register_model",
+    "numba.from_dtype",
+    "numba.types",
+}
+
+
+def test_private_interfaces_of_numba_are_used_in_one_room_only():
+    used, attributes = {}, {}
+    for path in MODULES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = []
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and node.level == 0:
+                names = [f"{node.module}.{alias.name}" for alias in node.names]
+            for name in names:
+                if name.split(".")[0] in ("numba", "llvmlite") and name not in PUBLIC:
+                    used.setdefault(name, set()).add(path.parent.name)
+            if path.parent.name == "_compile" and isinstance(node, ast.Attribute) and re.match("_[a-z]", node.attr):
+                attributes.setdefault(node.attr, set()).add(ast.unparse(node.value))
+    assert used == {name: {"_compile"} for name in PRIVATE}
+    assert {name for name, owners in attributes.items() if owners != {"self"}} == PRIVATE_ATTRIBUTES
