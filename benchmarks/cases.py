@@ -34,14 +34,14 @@ class Case:
 
 
 def random_pairs(n: int) -> tuple[list[Array], list[Array]]:
-    """n pairs in the Cartesian form and the same in the polar form."""
+    """n pairs by their components, and the same in polar form."""
     rng = np.random.default_rng(0)
     m1, m2, v1, v2 = (rng.uniform(0.1, 10.0, n) for _ in range(4))
     theta1, theta2, phi = (rng.uniform(-np.pi, np.pi, n) for _ in range(3))
-    cartesian = [m1, m2]
+    components = [m1, m2]
     for length, angle in ((v1, theta1), (v2, theta2), (1.0, phi)):
-        cartesian += [length * np.cos(angle), length * np.sin(angle)]
-    return cartesian, [m1, m2, v1, theta1, v2, theta2, phi]
+        components += [length * np.cos(angle), length * np.sin(angle)]
+    return components, [m1, m2, v1, theta1, v2, theta2, phi]
 
 
 @functools.lru_cache(maxsize=1)  # 10^7 pairs take 1.9 GB with their results
@@ -51,9 +51,9 @@ def arrays(form: str, n: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         rng = np.random.default_rng(0)
         columns = [*rng.uniform(-50.0, 50.0, (2, n)), *rng.normal(size=(2, n)), rng.uniform(1.0, 2.0, n)]
     else:
-        cartesian, polar = random_pairs(n)
-        m1, m2, v1x, _, v2x, *_ = cartesian
-        columns = {"1d": [m1, m2, v1x, v2x], "2d": cartesian, "polar": polar}[form]
+        components, polar = random_pairs(n)
+        m1, m2, v1x, _, v2x, *_ = components
+        columns = {"1d": [m1, m2, v1x, v2x], "2d": components, "polar": polar}[form]
     return tuple(c.copy() for c in columns), tuple(np.zeros(n) for _ in range(RESULTS[form]))
 
 

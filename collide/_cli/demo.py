@@ -39,30 +39,30 @@ def numpy_polar(m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, ph
 
 
 def random_pairs(n: int) -> tuple[list[Array], list[Array]]:
-    """n pairs in the Cartesian form and the same in the polar form."""
+    """n pairs by their components, and the same in polar form."""
     rng = np.random.default_rng(0)
     m1, m2, v1, v2 = (rng.uniform(0.1, 10.0, n) for _ in range(4))
     theta1, theta2, phi = (rng.uniform(-np.pi, np.pi, n) for _ in range(3))
-    cartesian = [m1, m2]
+    components = [m1, m2]
     for length, angle in ((v1, theta1), (v2, theta2), (1.0, phi)):
-        cartesian += [length * np.cos(angle), length * np.sin(angle)]
-    return cartesian, [m1, m2, v1, theta1, v2, theta2, phi]
+        components += [length * np.cos(angle), length * np.sin(angle)]
+    return components, [m1, m2, v1, theta1, v2, theta2, phi]
 
 
 def main(n: int = 10_000_000, rounds: int = 7) -> None:
     began = time.perf_counter()
-    cartesian, polar = random_pairs(n)
+    components, polar = random_pairs(n)
     out = tuple(np.zeros(n) for _ in range(4))
     print(f"{n:,} random pairs, float64, {get_num_threads()} threads; medians of interleaved rounds\n")
-    _compare("Cartesian", batch.resolve_2d, numpy_2d, FORM_2D, cartesian, out, rounds)
-    print(_drift(FORM_2D, cartesian, out))
-    _compare("polar", batch.resolve_polar, numpy_polar, FORM_POLAR, polar, out, rounds)
+    _compare(batch.resolve_2d, numpy_2d, FORM_2D, components, out, rounds)
+    print(_drift(FORM_2D, components, out))
+    _compare(batch.resolve_polar, numpy_polar, FORM_POLAR, polar, out, rounds)
     print(_drift(FORM_POLAR, polar, out))
     print(f"{time.perf_counter() - began:.1f} s in all")
 
 
 def _compare(
-    name: str, resolve: Any, in_numpy: Any, form: Form, columns: list[Array], out: tuple[Array, ...], rounds: int
+    resolve: Any, in_numpy: Any, form: Form, columns: list[Array], out: tuple[Array, ...], rounds: int
 ) -> None:
     """Prints how the batch function does against the NumPy expression and the memory limit."""
     n, bytes_only = out[0].size, LIMITS[form.name]
@@ -79,7 +79,7 @@ def _compare(
             if key != "NumPy" or i < 2:  # it takes seconds
                 times[key].append(_seconds(contestant))
     median = {key: statistics.median(values) for key, values in times.items()}
-    print(f"{name:10} {n / median['collide'] / 1e6:7.1f} million pairs/s")
+    print(f"{form.name:10} {n / median['collide'] / 1e6:7.1f} million pairs/s")
     print(f"{'':10} {median['NumPy'] / median['collide']:7.1f} times as fast as the NumPy expression")
     print(
         f"{'':10} {median['limit'] / median['collide']:7.2f} of the memory limit (a kernel that moves the same bytes)"

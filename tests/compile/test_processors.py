@@ -36,7 +36,7 @@ GOLDEN = {
 def case(name):
     """The inputs, 100,000 pairs of every size, some of them invalid, or 100,000 balls; and the results."""
     if name in ("resolve_polar", "resolve_1d", "resolve_2d", "impulse_2d"):
-        c = pairs.polar(N, 5) if name == "resolve_polar" else pairs.cartesian(N, 5)
+        c = pairs.polar(N, 5) if name == "resolve_polar" else pairs.plane(N, 5)
         c = (*c[:4], c[-1]) if name == "resolve_1d" else c
         u = getattr(collide, name)(*c[:-1], restitution=c[-1], invalid="nan")
         return c, u if isinstance(u, tuple) else [u]

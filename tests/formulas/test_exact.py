@@ -43,8 +43,8 @@ def worst_error(name, columns):
 
 
 @sizes(usual=5000, campaign=200_000)
-def test_cartesian(size):
-    error, row = worst_error("resolve_2d", pairs.cartesian(size, 1))
+def test_plane(size):
+    error, row = worst_error("resolve_2d", pairs.plane(size, 1))
     print(f"worst of {size} pairs: {error:.2f} eps, at {row}")
     assert error <= BOUND["resolve_2d"]
 
@@ -58,7 +58,7 @@ def test_polar(size):
 
 @sizes(usual=5000, campaign=50_000)
 def test_line(size):
-    m1, m2, v1, v2, *_, e = pairs.cartesian(size, 3)
+    m1, m2, v1, v2, *_, e = pairs.plane(size, 3)
     error, row = worst_error("resolve_1d", (m1, m2, v1, v2, e))
     print(f"worst of {size} pairs: {error:.2f} eps, at {row}")
     assert error <= BOUND["resolve_1d"]

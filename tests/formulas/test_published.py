@@ -10,7 +10,7 @@ from tests.helpers.published import cases
 pytestmark = pytest.mark.fast
 
 # Contract 1 (8, and 10 in polar form) and the rounding of the decimal inputs to doubles.
-CARTESIAN_BOUND, POLAR_BOUND = 12, 16
+PLANE_BOUND, POLAR_BOUND = 12, 16
 
 
 def arguments(case):
@@ -31,7 +31,7 @@ def expected(case):
 def check(name, got, case):
     want = np.array(expected(case))
     scale = max(np.abs(want).max(), max(abs(float(x)) for v in ("v1", "v2") for x in np.ravel(case["inputs"][v])))
-    bound = POLAR_BOUND if name == "resolve_polar" else CARTESIAN_BOUND
+    bound = POLAR_BOUND if name == "resolve_polar" else PLANE_BOUND
     np.testing.assert_allclose(np.array(got, float).ravel(), want, rtol=0, atol=bound * EPS * scale)
 
 

@@ -41,14 +41,14 @@ def resolve_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny, e=1.0):
     return _collide(m1, m2, [v1x, v1y], [v2x, v2y], [nx, ny], e)
 
 
-def polar_to_cartesian(v, theta):
+def components_of(v, theta):
     with mp.workdps(50 + max(0, int(mpmath.log10(abs(mpf(theta)) + 1)))):
         return mpf(v) * mp.cos(mpf(theta)), mpf(v) * mp.sin(mpf(theta))
 
 
 def resolve_polar(m1, m2, v1, theta1, v2, theta2, phi, e=1.0):
-    before = *polar_to_cartesian(v1, theta1), *polar_to_cartesian(v2, theta2)
-    return resolve_2d(m1, m2, *before, *polar_to_cartesian(1, phi), e)
+    before = *components_of(v1, theta1), *components_of(v2, theta2)
+    return resolve_2d(m1, m2, *before, *components_of(1, phi), e)
 
 
 def impulse_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny, e=1.0):
@@ -80,7 +80,7 @@ def error_in_eps(got, exact, before):
 def velocities_before(name, row):
     """The components before the collision, of a row of the arguments of the function of that name."""
     if name == "resolve_polar":
-        return [*polar_to_cartesian(*row[2:4]), *polar_to_cartesian(*row[4:6])]
+        return [*components_of(*row[2:4]), *components_of(*row[4:6])]
     return row[2:4] if name == "resolve_1d" else row[2:6]
 
 

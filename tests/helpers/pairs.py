@@ -22,7 +22,7 @@ def log_uniform(rng, low, high, size):
     return np.minimum(np.ldexp(1.0 + (exponent - whole), whole.astype(np.int32)), float(f"1e{high}"))
 
 
-def cartesian(n, seed):
+def plane(n, seed):
     """m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution."""
     rng = np.random.default_rng(seed)
 
@@ -51,7 +51,7 @@ def cartesian(n, seed):
 def polar(n, seed):
     """m1, m2, v1, theta1, v2, theta2, phi, restitution."""
     rng = np.random.default_rng(seed + 1)
-    m1, m2, v1, _, v2, *_, e = cartesian(n, seed)
+    m1, m2, v1, _, v2, *_, e = plane(n, seed)
 
     def angle():
         small, large = uniform(rng, -7, 7, n), log_uniform(rng, -20, 300, n)

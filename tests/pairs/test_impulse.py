@@ -25,7 +25,7 @@ def error(p, *pair):
 def test_a_climb():
     """In mpmath, as an impulse is one number; 18.8 eps of the velocities before alone were found so."""
     rng = np.random.default_rng(2)
-    rows = [list(c) for c in zip(*pairs.cartesian(2000, seed=13), strict=True) if INF not in c[:2]]
+    rows = [list(c) for c in zip(*pairs.plane(2000, seed=13), strict=True) if INF not in c[:2]]
     steep = """
         0.7691485415761121 2499011003888020.0 -0.9449888176821657 -0.900885008040434 0.9464969958293302
         0.921377763959354 0.43002108625724567 0.31054870370577486 1.0"""
@@ -43,7 +43,7 @@ def test_a_climb():
 
 
 def test_against_50_digits():
-    c = pairs.cartesian(3000, seed=11)
+    c = pairs.plane(3000, seed=11)
     *columns, e = (x[(c[0] != INF) | (c[1] != INF)] for x in c)
     got = collide.impulse_2d(*columns, restitution=e, invalid="nan")
     assert np.isfinite(got).mean() > 0.8
@@ -82,7 +82,7 @@ def test_the_bits_are_those_of_one_pair_compiled_and_not():
         for k in range(p.size):
             p[k] = collide.scalar.impulse_2d(m1[k], m2[k], v1x[k], v1y[k], v2x[k], v2y[k], nx[k], ny[k], e[k])
 
-    *columns, e = pairs.cartesian(2003, seed=12)
+    *columns, e = pairs.plane(2003, seed=12)
     batch = collide.impulse_2d(*columns, restitution=e, invalid="nan")
     valid = np.isfinite(batch)
     p = np.empty(2003)

@@ -101,7 +101,7 @@ def test_rotation(p, angle, e):
 
 
 @given(masses, masses, speeds, angles, speeds, angles, angles, restitutions)
-def test_polar_equals_cartesian(m1, m2, v1, theta1, v2, theta2, phi, e):
+def test_polar_equals_plane(m1, m2, v1, theta1, v2, theta2, phi, e):
     u = np.array(collide.resolve_polar(m1, m2, v1, theta1, v2, theta2, phi, restitution=e))
     v = v1 * np.cos(theta1), v1 * np.sin(theta1), v2 * np.cos(theta2), v2 * np.sin(theta2)
     want = collide.resolve_2d(m1, m2, *v, np.cos(phi), np.sin(phi), restitution=e)

@@ -14,7 +14,7 @@ def columns(name, n, seed=0):
     """Pairs of every size, among them walls, test particles and extreme normals; all of them valid."""
     if name == "resolve_polar":
         return pairs.polar(n, seed)
-    c = pairs.cartesian(n, seed)
+    c = pairs.plane(n, seed)
     return (*c[:4], c[-1]) if name == "resolve_1d" else c
 
 

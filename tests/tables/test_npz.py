@@ -10,9 +10,9 @@ import pytest
 import collide
 from tests.helpers import tables
 from tests.helpers.npz import (
-    CARTESIAN,
     FORMS,
     LINE,
+    PLANE,
     POLAR,
     N,
     assert_refused,
@@ -94,7 +94,7 @@ def test_scalar_columns(scalars, source, target):
 
 
 def test_float32_columns(source, target):
-    columns = {name: column.astype(np.float32) for name, column in CARTESIAN.items()}
+    columns = {name: column.astype(np.float32) for name, column in PLANE.items()}
     write(source, columns)
     assert resolve(source, target) == 0
     assert_resolved(columns, target, collide.resolve_2d(**columns))
@@ -145,14 +145,14 @@ def test_permissions_of_a_new_output_follow_the_umask(umask, mode, source, targe
 
 BAD_TABLES = {
     "missing column": (without(LINE, "v2"), ["v2"]),
-    "missing columns": (without(CARTESIAN, "m1", "ny"), ["m1", "ny", "2d"]),
+    "missing columns": (without(PLANE, "m1", "ny"), ["m1", "ny", "2d"]),
     "missing polar column": (without(POLAR, "phi", "v1"), ["phi", "v1", "polar"]),
-    "two forms": (CARTESIAN | POLAR, ["2d", "polar"]),
-    "two forms, one of them on a line": (CARTESIAN | LINE, ["1d", "2d"]),
+    "two forms": (PLANE | POLAR, ["2d", "polar"]),
+    "two forms, one of them on a line": (PLANE | LINE, ["1d", "2d"]),
     "no form": ({"x": np.arange(3.0)}, ["missing column", "m1"]),
     "no column": ({}, ["missing column", "m1"]),
     "too short": (LINE | {"v1": np.ones(98)}, ["column v1", "98", "100", "row 98"]),
-    "too long": (CARTESIAN | {"ny": np.ones(103)}, ["column ny", "103", "100", "row 100"]),
+    "too long": (PLANE | {"ny": np.ones(103)}, ["column ny", "103", "100", "row 100"]),
     "one row": (LINE | {"m2": np.ones(1)}, ["column m2", "row 1"]),
     "wrong restitution length": (LINE | {"restitution": np.ones(99)}, ["column restitution", "row 99"]),
     "two dimensions": (LINE | {"m2": np.ones((100, 1))}, ["column m2", "2 dimensions"]),
