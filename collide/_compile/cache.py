@@ -139,10 +139,7 @@ def _folders() -> list[Path]:
         return [Path(config.CACHE_DIR) / "collide"]
     folders = [_PACKAGE / "__pycache__"]
     with contextlib.suppress(RuntimeError):  # no home at all
-        home = Path(os.environ.get("XDG_CACHE_HOME", ""))
-        if not home.is_absolute():  # then it is to be ignored, says the XDG Base Directory Specification
-            home = Path.home() / ".cache"
-        folders.append(home / "collide")
+        folders.append(ownership.users_caches() / "collide")
     return [folder for folder in folders if folder.is_absolute()]
 
 

@@ -1,4 +1,4 @@
-"""Whose a file is, and who else may have written it."""
+"""Whose a file is, who else may have written it, and where the user's caches are."""
 
 from __future__ import annotations
 
@@ -39,3 +39,10 @@ def is_safe(handle: int, owner: int) -> bool:
         return stat.S_ISREG(status.st_mode)
     others = stat.S_IWGRP | stat.S_IWOTH
     return stat.S_ISREG(status.st_mode) and status.st_uid == owner and not status.st_mode & others
+
+
+def users_caches() -> Path:
+    """The folder for the caches of the user's programs; RuntimeError where there is no home at all."""
+    folder = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    # One that is not absolute is to be ignored, says the XDG Base Directory Specification.
+    return folder if folder.is_absolute() else Path.home() / ".cache"
