@@ -26,19 +26,19 @@ def select(condition: Any, x: Any, y: Any) -> Any:
 
 @compiles(select)
 def _select(condition: Any, x: Any, y: Any) -> Any:
-    if isinstance(condition, Mask):
-        return lambda condition, x, y: _blend(condition, x, y)
-    return lambda condition, x, y: x if condition else y
+    return lambda condition, x, y: _blend(condition, x, y)  # never a branch: what it would ask cannot be guessed
 
 
 @intrinsic
 def _blend(typingctx: Any, mask: Any, x: Any, y: Any) -> Any:
-    lanes = Lanes(mask.width)
+    kind = Lanes(mask.width) if isinstance(mask, Mask) else types.float64
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.select(args[0], *in_every_lane(builder, Lanes, sig.args[1:], args[1:], mask.width))
+        if isinstance(mask, Mask):
+            args = [args[0], *in_every_lane(builder, Lanes, sig.args[1:], args[1:], mask.width)]
+        return builder.select(*args)
 
-    return lanes(mask, *(v if isinstance(v, Lanes) else types.float64 for v in (x, y))), codegen
+    return kind(mask, *(v if isinstance(v, Lanes) else types.float64 for v in (x, y))), codegen
 
 
 def square_root(x: Any) -> Any:

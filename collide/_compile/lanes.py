@@ -143,17 +143,6 @@ _unary(operator.invert, lambda b, x: b.not_(x), Mask)
 
 
 @intrinsic
-def select_each(typingctx: Any, mask: Any, xs: Any, ys: Any) -> Any:
-    """select(mask, x, y) for each pair of two tuples."""
-
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        pairs = zip(cgutils.unpack_tuple(b, args[1]), cgutils.unpack_tuple(b, args[2]), strict=True)
-        return context.make_tuple(b, sig.return_type, [b.select(args[0], x, y) for x, y in pairs])
-
-    return xs(mask, xs, ys), codegen
-
-
-@intrinsic
 def fill(typingctx: Any, like: Any, x: Any) -> Any:
     """A tuple like this one with x in every lane."""
 

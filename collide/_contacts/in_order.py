@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from numba import types
 
+from .._compile.components import each
 from .._compile.elementwise import select
 from .._compile.gather import prefetch
 from .._compile.kernel import Kernel
-from .._compile.lanes import any_lane, doubt, select_each
+from .._compile.lanes import any_lane, doubt
 from .._compile.options import formula
 from .._formulas.collision import impulse as impulse_of
 from .._formulas.collision import in_the_plane
@@ -72,7 +73,7 @@ def _in_order(pairs: Any, balls: Any, box: Any, nan: Any, impulse: Any, witness:
         # Not `closing > 0`: NaN has to go on to the check. And no branch: whether a pair approaches cannot be guessed,
         # and a wrong guess costs more than to write velocities that have not changed.
         apart = step.closing <= 0.0
-        after = select_each(apart, step.before, step.after)
+        after = each(select, apart, step.before, step.after)
         valid = True
         if any_lane(doubt(step.size, (vx,), step.signs)):
             valid = obeys_rules(step, after, (vx,))

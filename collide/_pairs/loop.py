@@ -7,7 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._compile.lanes import any_lane, count, doubt, fill, first, get, leading, out_of_line, select_each
+from .._compile.components import each
+from .._compile.elementwise import select
+from .._compile.lanes import any_lane, count, doubt, fill, first, get, leading, out_of_line
 from .._compile.memory import is_usual, lead, load, overlap, store
 from .._compile.options import formula, rare
 from .._system.memory import CACHE_LINE
@@ -61,7 +63,7 @@ def loop(
             # Of a pair that is skipped the size does not tell whether its masses obey the rules.
             break_rules = any_lane(~obeys_rules(step, step.before, outputs))
             # Not `closing > 0`: NaN has to go on to the check.
-            after = select_each(step.closing <= 0.0, step.before, after)
+            after = each(select, step.closing <= 0.0, step.before, after)
         if break_rules or beyond or any_lane(doubt(step.size, outputs, step.signs)):
             is_first = n_invalid == 0
             after, bad, at = _carefully(step_of, obeys_rules, columns, outputs, scalars, k, n, flags, is_first)
@@ -88,7 +90,7 @@ def _carefully(
     step = step_of(values)
     after = step.after
     if approaching:
-        after = select_each(step.closing <= 0.0, step.before, after)
+        after = each(select, step.closing <= 0.0, step.before, after)
     bad = leading(~obeys_rules(step, after, outputs), n)
     n_bad, at = count(bad), -1
     if n_bad > 0:
@@ -97,7 +99,7 @@ def _carefully(
         if is_first:
             for c in range(scalars.size):
                 scalars[c] = get(values[c], i)
-        after = select_each(bad, fill(step.before, math.nan) if nan else step.before, after)
+        after = each(select, bad, fill(step.before, math.nan) if nan else step.before, after)
     return after, n_bad, at
 
 

@@ -12,8 +12,9 @@ import numpy as np
 from numba import types
 
 from .._compile.components import each, halves
+from .._compile.elementwise import select
 from .._compile.kernel import Kernel, spread
-from .._compile.lanes import count, fill, get, leading, select_each
+from .._compile.lanes import count, fill, get, leading
 from .._compile.memory import is_usual, load
 from .._compile.options import formula
 from .._formulas.exact import two_product, two_sum
@@ -86,9 +87,9 @@ def _changes(step_of: Any) -> Any:
             m1, m2 = values[0], values[1]
             counted = leading((_worth(m1, m2, before, after) < _MOST) & (m1 >= 0.0) & (m2 >= 0.0), n)
             n_counted += count(counted)
-            m1, m2 = select_each(counted, (m1, m2), (zero, zero))
-            v1, v2 = halves(select_each(counted, before, nothing))
-            u1, u2 = halves(select_each(counted, after, nothing))
+            m1, m2 = each(select, counted, (m1, m2), (zero, zero))
+            v1, v2 = halves(each(select, counted, before, nothing))
+            u1, u2 = halves(each(select, counted, after, nothing))
             totals = each(_changed, totals, m1, m2, v1, v2, u1, u2)
         for axis in range(len(totals)):
             momentum, energy, size_of_momentum, size_of_energy = totals[axis]
