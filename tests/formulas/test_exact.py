@@ -94,14 +94,24 @@ def test_climbs_are_ranked_as_50_digits_would(name, kind):
 _STEEP = """
     6.229284154617753 2.2344062992341795 6.731657370568837 1.60330184565503 -8.323985036708882 0.4404045262260904
     -0.17673994515131936 -0.008746495883388411 0.4999999999999999"""
-KNOWN = [[float(x) for x in _STEEP.split()], *([1.0, 1.0, 0.1, 0.3, 0.0, 0.0, 3.0, -1.0, e] for e in (1e3, 1e6))]
+# And without the low parts of n.n and of (v1-v2).n: 6.65 and 6.94 eps.
+_LOW = """
+    0.0200477051005801 0.9175444784320007 0.8282092334336297 -1.0056899602767024 1.0086966115941587 0.03577703042629332
+    0.15161941131078516 -4.002681295541562 0.9999813306368727"""
+_LOW_OF_ALL_SIZES = """
+    2.90586735476067e+84 8.573697210707562e+71 -3.9240982806578544e-35 6.03122641519854e-34 6.112559849468433e-75
+    -4.496453653474233e-22 -1.3955444161538122e-24 1.0843040397444096e-22 0.9999999999044762"""
+KNOWN = [
+    *([float(x) for x in row.split()] for row in (_STEEP, _LOW, _LOW_OF_ALL_SIZES)),
+    *([1.0, 1.0, 0.1, 0.3, 0.0, 0.0, 3.0, -1.0, e] for e in (1e3, 1e6)),
+]
 
 
 @pytest.mark.fast
 @pytest.mark.parametrize("row", KNOWN)
 def test_known_cases(row):
     got = collide.resolve_2d(*row[:-1], restitution=row[-1])
-    assert naive.row_error("resolve_2d", row, got) <= 4.0
+    assert naive.row_error("resolve_2d", row, got) <= 5.0
 
 
 @pytest.mark.fast
