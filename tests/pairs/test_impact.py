@@ -245,3 +245,25 @@ def test_exact_grazes_are_contacts():
         dx, distance, w = rng.uniform(0.5, 1, (3, 3000))
         t = collide.time_of_impact(near * dx, distance, -w, 0.0, distance)
         np.testing.assert_allclose(t, near * dx / w, rtol=BOUND * naive.EPS)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("wy", [2**24 + 1, 2**25 + 1, 2**26 + 1])
+def test_what_all_but_grazes(wy):
+    """Whole numbers with R = 1 and (d x w)^2 = w.w + k: a miss by k/w.w, 2**-101 to 2**-84, or a hit."""
+    decided = set()
+    for k in (sign * 2**power for power in range(1, 11) for sign in (-1, 1)):
+        wx = (wy * wy + k - 1) // 2  # so that w.w + k = (wx + 1)^2
+        if math.gcd(wx, wy) > 1:
+            continue
+        # One solution of d x w = wx + 1, and the last multiple of w that is taken off for the balls to approach.
+        dx = (wx + 1) * pow(wy, -1, wx) % wx
+        dy = (dx * wy - wx - 1) // wx
+        turns = (dx * wx + dy * wy) // (wx * wx + wy * wy) + 1
+        dx, dy = dx - turns * wx, dy - turns * wy
+        assert (dx * wy - dy * wx) ** 2 == wx * wx + wy * wy + k
+        assert dx * wx + dy * wy < 0
+        t = collide.time_of_impact(float(dx), float(dy), float(wx), float(wy), 1.0)
+        assert (t == math.inf) == (k > 0), k
+        decided.add(k > 0)
+    assert decided == {True, False}
