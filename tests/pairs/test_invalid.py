@@ -254,3 +254,17 @@ def test_two_immovable_balls_that_do_not_approach_are_left_alone(name):
         with pytest.raises(collide.InvalidPairError, match="m1 = m2 = inf"):
             function([np.inf], [np.inf], [v], *between, approaching_only=approaching_only)
     assert "two immovable balls among" in function.__doc__
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(("dtype", "exponents"), [(np.float64, range(930, 1020)), (np.float32, range(65, 126))])
+def test_a_small_change_of_the_largest_velocity(dtype, exponents):
+    """It is the quick look's task to see that a change by so little, beside the largest velocity, may be too much."""
+    largest = np.finfo(dtype).max
+    for exponent in exponents:
+        v2y = dtype(2.0) ** dtype(exponent)
+        row = [dtype(x) for x in (1.0, 1.0, largest, 0.0, largest, v2y, 1.0, 1.0)]
+        with np.errstate(over="ignore"):
+            want = np.array(collide.scalar.resolve_2d(*map(float, row))).astype(dtype)
+        got = np.array(collide.resolve_2d(*([x] for x in row), invalid="nan"))[:, 0]
+        np.testing.assert_array_equal(got, want if np.isfinite(want).all() else np.nan, err_msg=str(exponent))
