@@ -364,3 +364,12 @@ def test_nothing_makes_it_quadratic(trap, periodic, monkeypatch):
             cells = (2 * reach * grids["per_x"][h] + 2) * (2 * reach * grids["per_y"][h] + 2)
             looked_at += balls[g] * min(cells, slots[h + 1] - slots[h])
     assert looked_at / x.size < 40
+
+
+@pytest.mark.fast
+def test_neighbours_across_a_turn_of_a_far_torus():
+    """Of 64 columns; so far out, a turn's number times the twist is more than a float64 counts to."""
+    n, width = 100_000, 64 * 4.0  # of balls of radius 1, whose cells are a power of two here
+    border = 2.0**52 + width * np.arange(n)
+    i, j = collide.find_contacts(np.concatenate((border - 1.0, border)), np.zeros(2 * n), 1.0)
+    assert sorted(zip(i.tolist(), j.tolist(), strict=True)) == [(k, n + k) for k in range(n)]
