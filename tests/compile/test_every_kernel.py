@@ -2,8 +2,6 @@
 
 import ast
 
-import pytest
-
 from tests.helpers import process
 
 EVERY_KERNEL = """
@@ -34,7 +32,6 @@ print((compiled, dict(sorted(digests.items()))))
 """
 
 
-@pytest.mark.fast
 def test_nothing_is_compiled_twice():
     """The second process meets the kernels in another order: machine code of one name would be mistaken for another."""
     _, first = ast.literal_eval(process.printed_by(EVERY_KERNEL, "first"))
