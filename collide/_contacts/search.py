@@ -46,8 +46,7 @@ def contacts(
     grids, which, n_slots = lay_out(levels_of(radius, least, common, n), bounds[:2], box, margin, sample)
     n_noted = -(-n // BLOCK) * BLOCK
     scratch = memory.Scratch(n * (3 * 8 + 3 * 4) + n_noted * BALL.itemsize + n_slots * 4 + 16 * memory.CACHE_LINE)
-    unsorted = scratch.take(n_noted, BALL)
-    order = _by_slot(balls, common, which, grids, n_slots, unsorted, scratch)
+    order, unsorted = _by_slot(balls, common, which, grids, n_slots, n_noted, scratch)
     # The notes lie where the unsorted balls lay.
     pairs = _listed((*order, grids, common), n, unsorted.view(np.int32).reshape(2, -1))
     scratch.leave()
@@ -55,18 +54,21 @@ def contacts(
 
 
 def _by_slot(
-    balls: tuple[Array, Array, Array],
+    balls: tuple[Array, ...],
     common: Array,
     which: Array,
     grids: Array,
     n_slots: int,
-    unsorted: Array,
+    room: int,
     scratch: memory.Scratch,
-) -> tuple[Array, ...]:
-    """x, y, radius, number and slot of the balls, sorted by slot; those of slot s are starts[s] : starts[s + 1]."""
+) -> tuple[tuple[Array, ...], Array]:
+    """x, y, radius, number and slot of the balls, sorted by slot; those of slot s are starts[s] : starts[s + 1].
+
+    And the memory through which they went, of `room` balls.
+    """
     n = balls[0].size
     shift = max(_BUCKET_BITS, n_slots.bit_length() - _BUCKETS_BITS)
-    slots = scratch.take(n, np.int32)
+    slots, unsorted = scratch.take(n, np.int32), scratch.take(room, BALL)
     counts = np.zeros(((n - 1) // CHUNK + 1, (n_slots - 1 >> shift) + 1), np.int64)
     threads.run(partial(PLACE.compiled, *balls, common, which, grids, shift, slots, counts), n, CHUNK, _WORK)
 
@@ -80,7 +82,7 @@ def _by_slot(
     starts[0] = 0
     arrange = partial(ARRANGE.compiled, unsorted, buckets, shift, starts, x, y, radius, index, slots)
     threads.run(arrange, n_slots, 1 << shift, max(1, _WORK * n // n_slots))
-    return x, y, radius, index, slots, starts
+    return (x, y, radius, index, slots, starts), unsorted
 
 
 def _listed(found_in: tuple[Array, ...], n: int, notes: Array) -> tuple[Array, Array]:
