@@ -1,10 +1,12 @@
 """Elastic collisions of two balls, millions at once.
 
     resolve_1d, resolve_2d, resolve_polar    velocities after the collisions of a batch of pairs
+    resolve                                  the same for vectors along the last axis of arrays
     impulse_2d                               the impulses of the collisions
     time_of_impact                           when pairs that move uniformly will touch
     find_contacts, resolve_contacts          which balls of a state touch, and their collisions in order
     set_num_threads, get_num_threads         how many threads a large batch may use
+    set_spare_memory, get_spare_memory       how much memory of results that have died is kept for the next ones
     InvalidPairError                         what a pair without an answer raises
     scalar                                   the formulas of one pair, for anyone's `@njit` code
     collide.arrow, collide.dask              Arrow tables and Dask arrays; imported when they are asked for
@@ -20,12 +22,12 @@ Behind these doors is a room each, whose __init__.py says what it is for and wha
     _compile     all that knows Numba and LLVM: options, kernels and their cache, lanes, loads and stores
     _system      all that differs by operating system: threads, locks, forks, memory, whose files are whose
 
-The way of a call of `resolve_2d`: batch.py hands its arguments to _pairs/execution.py, which takes arrays as they lie
-or passes them through blocks, and has _pairs/arguments.py say what is wrong with others. The kernel is that of the
-form in _pairs/forms.py, which says what the columns are in the terms of _formulas/collision.py; _compile/kernel.py
-compiles it or finds it on disk. _system/threads.py cuts a large batch into shares. In each share _pairs/loop.py loads
-lanes of pairs, calls the formula on them, looks for invalid pairs and stores the results. errors.py says which rule the
-first invalid pair breaks.
+The way of a call of `resolve_2d`: batch.py hands its arguments to _pairs/execution.py, which has _pairs/results.py make
+arrays for the results and calls the kernel with the arguments as they lie; others it converts or passes through blocks,
+or has _pairs/arguments.py say what is wrong with them. The kernel is that of the form in _pairs/forms.py, which says
+what the columns are in the terms of _formulas/collision.py; _compile/kernel.py compiles it or finds it on disk.
+_system/threads.py cuts a large batch into shares. In each share _pairs/loop.py loads lanes of pairs, calls the formula
+on them, looks for invalid pairs and stores the results. errors.py says which rule the first invalid pair breaks.
 """
 
 import sys
@@ -37,8 +39,9 @@ from ._system.signals import interruptible
 
 with interruptible():
     from . import scalar
+    from ._compile.kept_memory import get_spare_memory, set_spare_memory
     from ._system.threads import get_num_threads, set_num_threads
-    from .batch import impulse_2d, resolve_1d, resolve_2d, resolve_polar, time_of_impact
+    from .batch import impulse_2d, resolve, resolve_1d, resolve_2d, resolve_polar, time_of_impact
     from .contacts import find_contacts, resolve_contacts
     from .errors import InvalidPairError
 
@@ -46,12 +49,15 @@ __all__ = [
     "InvalidPairError",
     "find_contacts",
     "get_num_threads",
+    "get_spare_memory",
     "impulse_2d",
+    "resolve",
     "resolve_1d",
     "resolve_2d",
     "resolve_contacts",
     "resolve_polar",
     "scalar",
     "set_num_threads",
+    "set_spare_memory",
     "time_of_impact",
 ]

@@ -27,12 +27,12 @@ import dask.array as da
 import numpy as np
 
 from . import batch
-from ._pairs import arguments, execution
+from ._pairs import arguments, execution, vectors
 from ._pairs.forms import FORMS
 from ._system import threads
 from .errors import InvalidPairError
 
-__all__ = ["impulse_2d", "resolve_1d", "resolve_2d", "resolve_polar", "time_of_impact"]
+__all__ = ["impulse_2d", "resolve", "resolve_1d", "resolve_2d", "resolve_polar", "time_of_impact"]
 
 
 def resolve_1d(
@@ -77,6 +77,37 @@ def resolve_2d(
     """
     inputs = m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution
     return batch.Velocities2D(*_lazily("2d", inputs, approaching_only, invalid))
+
+
+def resolve(
+    m1: Any,
+    m2: Any,
+    v1: Any,
+    v2: Any,
+    n: Any,
+    *,
+    restitution: Any = 1.0,
+    approaching_only: bool = False,
+    invalid: str = "raise",
+) -> batch.Velocities:
+    """`collide.resolve` over Dask arrays.
+
+    >>> v1 = da.from_array(np.array([[2.0, 0.0], [4.0, 0.0]]), chunks=(1, 2))
+    >>> collide.dask.resolve(1.0, 1.0, v1, [0.0, 0.0], [1.0, 1.0]).u2.compute()
+    array([[1., 1.],
+           [2., 2.]])
+    """
+    rows = {name: _rows(name, value) for name, value in (("v1", v1), ("v2", v2), ("n", n))}
+    inputs = m1, m2, *(c for row in rows.values() for c in row), restitution
+    u = _lazily("2d", inputs, approaching_only, invalid)
+    return batch.Velocities(*(da.stack(ball, axis=-1) for ball in (u[:2], u[2:])))
+
+
+def _rows(name: str, value: Any) -> list[Any]:
+    """The components of vectors along the last axis."""
+    array = value if dask.is_dask_collection(value) else arguments.as_array(name, value)
+    vectors.check_length(name, array.shape)
+    return [array[..., k] for k in range(array.shape[-1])]
 
 
 def resolve_polar(

@@ -8,11 +8,10 @@ from __future__ import annotations
 from typing import Any
 
 from .._compile.components import each
-from .._compile.memory import is_usual, lead, load, store
+from .._compile.memory import is_plain, lead, load, rows_of, store, width_of
 from .._compile.options import formula
 from .._pairs.forms import FORMS, Form, batch_kernels
 from .._pairs.loop import STREAM_BYTES
-from .._system.memory import CACHE_LINE
 
 
 @formula
@@ -22,24 +21,23 @@ def _first(x: Any, y: Any) -> Any:
 
 @formula
 def _move(
-    columns: Any, outputs: Any, scalars: Any, start: int, stop: int, approaching: bool, nan: bool
-) -> tuple[int, int]:
-    width = CACHE_LINE // outputs[0].itemsize
-    head = lead(outputs, start)
-    streaming = head >= 0 and outputs[0].nbytes >= STREAM_BYTES
-    usual = is_usual(columns)
+    columns: Any, outputs: Any, scalars: Any, numbers: int, start: int, stop: int, approaching: bool, nan: bool
+) -> int:
+    width, rows, plain = width_of(outputs), rows_of(outputs), is_plain(columns)
+    head = lead(outputs, start, rows)
+    streaming = head >= 0 and outputs[0].size * outputs[0].itemsize >= STREAM_BYTES
     k = start
     n = min(head if head > 0 else width, stop - start)
     while k < stop:
         # A sum, only because the compiler leaves out a load whose value goes nowhere.
-        values = load(columns, scalars, k, n, usual)
+        values = load(columns, scalars, k, n, plain, outputs)
         total = values[0]
         for value in values[1:]:
             total = total + value
-        store(outputs, k, n, each(_first, total, outputs), streaming)
+        store(outputs, k, n, each(_first, total, outputs), streaming, rows)
         k += n
         n = min(width, stop - k)
-    return 0, -1
+    return 0
 
 
 def _limit(form: Form) -> Form:

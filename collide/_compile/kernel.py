@@ -19,7 +19,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from .._system import locks
 from .._system.forks import at_fork
 from .cache import DiskCache
-from .options import batch_loop
+from .options import batch_loop, callback
 
 
 def spread(name: str, function: Callable[..., Any], *lengths: int) -> Callable[..., Any]:
@@ -45,13 +45,17 @@ class Kernel:
 
     def __init__(self, function: Callable[..., Any], signature: Any, name: str) -> None:
         self._function, self._signature, self._name = function, signature, name
-        self._compiled: Callable[..., Any] | None = None
         self._error: BaseException | None = None
         self._waiting: list[_thread.LockType] = []
 
+    def __getattr__(self, name: str) -> Any:
+        if name == "compiled":  # which is an attribute from then on: a property costs a small call 2 % of its time
+            return self._made()
+        raise AttributeError(name)
+
     @property
-    def compiled(self) -> Callable[..., Any]:
-        return self._compiled or self._made()
+    def _is_made(self) -> bool:
+        return "compiled" in self.__dict__
 
     def _made(self) -> Callable[..., Any]:
         """The kernel, made by a thread of its own.
@@ -70,16 +74,16 @@ class Kernel:
             self._make()
         else:
             self._wait_for_maker()
-        if self._compiled is None:
+        if not self._is_made:
             assert self._error is not None
             raise self._error
-        return self._compiled
+        return self.compiled  # type: ignore[no-any-return]
 
     def _wait_for_maker(self) -> None:
         done = _thread.allocate_lock()
         done.acquire()
         self._waiting.append(done)  # before the look at what there is: see the end of _work
-        if self._compiled is None and self not in list(_under_way.values()):
+        if not self._is_made and self not in list(_under_way.values()):
             lock = locks.take()
             locks.acquire_at_once(lock)
             _makers.append(lock)
@@ -88,7 +92,7 @@ class Kernel:
             except RuntimeError:  # out of threads, or the interpreter is closing
                 locks.release(lock)
                 return self._make()
-        if self._compiled is None:
+        if not self._is_made:
             done.acquire()
         return None
 
@@ -108,26 +112,41 @@ class Kernel:
 
     def _make(self) -> None:
         with global_compiler_lock:  # and no other lock: see the fork below
-            if self._compiled is None:
-                dispatcher = batch_loop(self._function)
-                dispatcher._cache = DiskCache(self._name)
-                dispatcher.compile(self._signature)
-                dispatcher.disable_compile()
-                _introduce(dispatcher, self._signature)
-                self._compiled = dispatcher
+            if not self._is_made:
+                self.compiled = self._build()
+
+    def _build(self) -> Any:
+        dispatcher = batch_loop(self._function)
+        dispatcher._cache = DiskCache(self._name)
+        dispatcher.compile(self._signature)
+        dispatcher.disable_compile()
+        _introduce(dispatcher, self._signature)
+        return dispatcher
+
+
+class Callback(Kernel):
+    """A compiled function for C code: `compiled` is its address."""
+
+    def _build(self) -> Any:
+        made = callback(self._function, self._signature)
+        made._cache = DiskCache(self._name)
+        made.compile()
+        self._made_of = made  # or its code might go
+        return made.address
 
 
 def _introduce(dispatcher: Any, signature: Any) -> None:
-    """Shows a dispatcher arguments of its types, writable and not.
+    """Shows a dispatcher arguments of its types, writable and not, with and without gaps.
 
     When it meets a type for the first time it asks Python what it is and what it converts to, and takes an interrupt
     that comes just then for a type that has no kernel. So all are met here, in calls that one None keeps from running.
     """
-    for writable in (True, False):
+    for writable, step in itertools.product((True, False), (1, 2)):
         arguments: list[Any] = []
         for kind in signature.args:
             if isinstance(kind, types.Array):
-                arguments.append(np.empty((0,) * kind.ndim, numba.np.numpy_support.as_dtype(kind.dtype)))
+                array = np.empty((3,) * kind.ndim, numba.np.numpy_support.as_dtype(kind.dtype))
+                arguments.append(array[::step] if kind.layout == "A" else array)
                 arguments[-1].flags.writeable = writable
             else:
                 arguments.append(False if kind == types.boolean else 0.0 if kind == types.float64 else 0)

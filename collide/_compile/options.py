@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numba
+from numba.core.ccallback import CFunc
 from numba.extending import overload, register_jitable
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -48,6 +49,11 @@ def compiles(function: Callable[..., Any], *, inline: bool = True) -> Callable[[
 def intrinsic(function: Callable[..., Any]) -> Any:
     """Numba's, for code that has no Python form: it gives a signature and emits LLVM."""
     return numba.extending.intrinsic(function)
+
+
+def callback(function: Callable[..., Any], signature: Any) -> Any:
+    """Numba's maker of what C code may call."""
+    return CFunc(function, (signature.args, signature.return_type), {}, _UNCOUNTED)
 
 
 def batch_loop(function: Callable[..., Any]) -> Any:

@@ -12,6 +12,7 @@ from functools import partial
 
 import numpy as np
 
+from .._compile import kept_memory
 from .._compile.gather import WINDOW
 from .._system import memory, threads
 from .._typing import Array
@@ -45,12 +46,10 @@ def contacts(
 
     grids, which, n_slots = lay_out(levels_of(radius, least, common, n), bounds[:2], box, margin, sample)
     n_noted = -(-n // BLOCK) * BLOCK
-    scratch = memory.Scratch(n * (3 * 8 + 3 * 4) + n_noted * BALL.itemsize + n_slots * 4 + 16 * memory.CACHE_LINE)
+    scratch = kept_memory.Scratch(n * (3 * 8 + 3 * 4) + n_noted * BALL.itemsize + n_slots * 4 + 16 * memory.CACHE_LINE)
     order, unsorted = _by_slot(balls, common, which, grids, n_slots, n_noted, scratch)
     # The notes lie where the unsorted balls lay.
-    pairs = _listed((*order, grids, common), n, unsorted.view(np.int32).reshape(2, -1))
-    scratch.leave()
-    return pairs
+    return _listed((*order, grids, common), n, unsorted.view(np.int32).reshape(2, -1))
 
 
 def _by_slot(
@@ -60,7 +59,7 @@ def _by_slot(
     grids: Array,
     n_slots: int,
     room: int,
-    scratch: memory.Scratch,
+    scratch: kept_memory.Scratch,
 ) -> tuple[tuple[Array, ...], Array]:
     """x, y, radius, number and slot of the balls, sorted by slot; those of slot s are starts[s] : starts[s + 1].
 
@@ -94,6 +93,6 @@ def _listed(found_in: tuple[Array, ...], n: int, notes: Array) -> tuple[Array, A
         some = f"more than {most:,}" if min(found) < 0 else f"{n_found:,}"
         raise MemoryError(f"{some} contacts: there is no memory for a list of them")
     np.cumsum(totals, out=totals)
-    i, j = np.empty(totals[-1], np.int64), np.empty(totals[-1], np.int64)
+    i, j = kept_memory.empty(2, (int(totals[-1]),), np.dtype(np.int64))
     threads.run(partial(LIST.compiled, *found_in, totals, *notes, i, j), n, BLOCK, _WORK)
     return i, j

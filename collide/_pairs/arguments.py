@@ -6,7 +6,7 @@ import contextlib
 import itertools
 import math
 import reprlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -61,8 +61,17 @@ def _is_elsewhere(value: Any) -> bool:
     return False
 
 
-def broadcast_shape(names: Sequence[str], arrays: Sequence[Array]) -> tuple[int, ...]:
-    shapes = {array.shape for array in arrays if array.ndim}
+def result_dtype(values: Iterable[Any], arrays: Iterable[Array]) -> np.dtype[Any]:
+    """Of arguments as they were given, and as arrays."""
+    kinds = {WEAK.get(type(value), a.dtype) for value, a in zip(values, arrays, strict=True)}
+    narrow = np.result_type(*kinds) in (np.float32, np.float16)
+    return np.dtype(np.float32 if narrow else np.float64)
+
+
+def broadcast_shape(names: Iterable[str], arrays: Iterable[Array], vectors: Sequence[str] = ()) -> tuple[int, ...]:
+    """The common shape, or an error that lists all; of vectors without the last axis."""
+    whole = dict(zip(names, arrays, strict=True))
+    shapes = {a.shape[:-1] if name in vectors else a.shape for name, a in whole.items()} - {()}
     if len(shapes) > 1:
         # Not by np.broadcast_shapes, which ends at 32 of the 64 dimensions that arrays may have.
         axes = [*map(set, itertools.zip_longest(*(shape[::-1] for shape in shapes), fillvalue=1))]
@@ -73,7 +82,7 @@ def broadcast_shape(names: Sequence[str], arrays: Sequence[Array]) -> tuple[int,
     if fits and math.prod(filter(None, shape)) <= _MOST:
         return shape
     fault = f"broadcast to {shape}, more than {_MOST} elements" if fits else "do not broadcast together"
-    listed = ", ".join(f"{name} {array.shape}" for name, array in zip(names, arrays, strict=True) if array.ndim)
+    listed = ", ".join(f"{name} {array.shape}" for name, array in whole.items() if array.ndim)
     raise ValueError(f"the shapes of the arguments {fault}: {listed}")
 
 

@@ -16,13 +16,24 @@ Index = tuple[Any, ...]  # of a part of an array
 
 
 def flat(array: Array, dtype: np.dtype[Any]) -> Array | None:
-    """The array as a kernel reads it: one contiguous run of native numbers. None where it is not that.
+    """The array as a kernel reads it, native and aligned numbers at equal steps. None where it is not that.
 
-    The kernel must not be left to find out: Numba takes a byte-swapped array for a native one that it has seen.
+    Numba must not be left to find out: it takes what is byte-swapped or misaligned for whatever it has seen of either,
+    so that after an array of the one kind it refuses those of the other.
     """
-    if array.dtype == dtype and array.flags.c_contiguous:
-        return array if type(array) is np.ndarray and array.ndim == 1 else np.asarray(array).reshape(-1)
-    return None
+    if array.dtype != dtype or not array.flags.aligned:
+        return None
+    try:
+        return np.asarray(array).reshape(-1, copy=False)
+    except ValueError:
+        return None
+
+
+def in_a_line(array: Array, shape: tuple[int, ...]) -> Array:
+    """An array of this shape in one dimension; a ValueError where it has another, or cannot be seen so."""
+    if array.shape != shape:
+        raise ValueError
+    return array.reshape(-1, copy=False)
 
 
 def flat_copy(array: Array, dtype: np.dtype[Any]) -> Array:

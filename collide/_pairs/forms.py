@@ -31,7 +31,7 @@ class Form(NamedTuple):
     columns: tuple[str, ...]
     outputs: tuple[str, ...]
     step: Callable[..., Any]
-    kernels: Mapping[np.dtype[Any], Kernel]  # by the dtype of what is stored
+    kernels: Mapping[str, Kernel]  # by the characters of the dtypes of columns and of results: dd, ff, fd
     invalid: Mapping[str, bool]  # the values of this option that it knows, and whether an invalid pair gets NaN
 
 
@@ -90,18 +90,25 @@ def _obeys_rules_of_impact(step: Any, results: Any, outputs: Any) -> Any:
     return finite & (distance >= 0.0) & (distance < math.inf) & told
 
 
-def batch_kernels(body: Callable[..., Any], name: str, n_columns: int, n_outputs: int) -> dict[np.dtype[Any], Kernel]:
-    """For each storage the kernel body(columns, outputs, scalars, start, stop, approaching, nan)."""
-    function, kernels = spread(name, body, n_columns, n_outputs, 0, 0, 0, 0, 0), {}
-    for storage in (types.float64, types.float32):
-        column = types.Array(storage, 1, "C", readonly=True)  # takes writable arrays as well
-        output, scalars = types.Array(storage, 1, "C"), types.Array(types.float64, 1, "C")
-        rest = scalars, types.int64, types.int64, types.boolean, types.boolean
-        signature = types.UniTuple(types.int64, 2)(*[column] * n_columns, *[output] * n_outputs, *rest)
-        kernels[np.dtype(str(storage))] = Kernel(function, signature, f"{name}-{storage}")
+def batch_kernels(body: Callable[..., Any], name: str, n_columns: int, n_outputs: int) -> dict[str, Kernel]:
+    """For each storage the kernel body(columns, outputs, scalars, n_numbers, start, stop, approaching, nan)."""
+    function, kernels = spread(name, body, n_columns, n_outputs, 0, 0, 0, 0, 0, 0), {}
+    for given, result in _STORAGES:
+        column = types.Array(given, 1, "A", readonly=True)  # takes writable arrays as well
+        output, scalars = types.Array(result, 1, "A"), types.Array(types.float64, 1, "C")
+        rest = scalars, types.int64, types.int64, types.int64, types.boolean, types.boolean
+        signature = types.int64(*[column] * n_columns, *[output] * n_outputs, *rest)
+        storage = "".join(np.dtype(str(kind)).char for kind in (given, result))
+        kernels[storage] = Kernel(function, signature, f"{name}-{storage}")
     return kernels
 
 
+# Of the columns and of the results; the last where a NumPy scalar beside float32 arrays makes these float64.
+_STORAGES = (
+    (types.float64, types.float64),
+    (types.float32, types.float32),
+    (types.float32, types.float64),
+)
 _INVALID = {"raise": False, "keep": False, "nan": True}
 
 
@@ -114,8 +121,10 @@ def _form(
     invalid: Mapping[str, bool] = _INVALID,
 ) -> Form:
     @formula
-    def batch(columns: Any, outputs: Any, scalars: Any, start: int, stop: int, approaching: bool, nan: bool) -> Any:
-        return loop(step, rule, columns, outputs, scalars, start, stop, (approaching, nan))
+    def batch(
+        columns: Any, outputs: Any, scalars: Any, numbers: int, start: int, stop: int, approaching: bool, nan: bool
+    ) -> Any:
+        return loop(step, rule, columns, outputs, scalars, numbers, start, stop, (approaching, nan))
 
     names, results = tuple(columns.split()), tuple(outputs.split())
     return Form(name, names, results, step, batch_kernels(batch, name, len(names), len(results)), invalid)

@@ -10,14 +10,13 @@ import numpy as np
 from .._compile.components import each
 from .._compile.elementwise import select
 from .._compile.lanes import any_lane, count, doubt, fill, first, get, leading, out_of_line
-from .._compile.memory import is_usual, lead, load, overlap, store
+from .._compile.memory import is_plain, lead, load, overlap, rows_of, store, width_of
 from .._compile.options import formula, rare
-from .._system.memory import CACHE_LINE
 
 # Outputs of this many bytes each and more will have left the caches before anybody reads them: they stream past.
 STREAM_BYTES = 1 << 21
-# Returned as the number of invalid pairs where an output overlaps an input otherwise than in place, or another output:
-# nothing has been written then.
+# Returned as the number of invalid pairs where nothing has been written: arrays are of different lengths, or not what
+# Numba takes them for, or an output overlaps an input otherwise than in place, or another output.
 REFUSED = -1
 
 
@@ -35,28 +34,36 @@ class Step(NamedTuple):
 
 @formula
 def loop(
-    step_of: Any, obeys_rules: Any, columns: Any, outputs: Any, scalars: Any, start: int, stop: int, flags: Any
-) -> tuple[int, int]:
-    """Pairs start to stop of a batch. Returns how many of them are invalid, and the first that is (or -1).
+    step_of: Any,
+    obeys_rules: Any,
+    columns: Any,
+    outputs: Any,
+    scalars: Any,
+    n_numbers: int,
+    start: int,
+    stop: int,
+    flags: Any,
+) -> int:
+    """Pairs start to stop of a batch. Returns how many of them are invalid.
 
-    The values of that first pair join those in `scalars`: in place the columns may not have them any more.
+    The values of the first of them join those in `scalars`, as in place the columns may not have them any more; behind
+    them stands its number.
     """
     approaching, _ = flags
-    relation = overlap(columns, outputs)
+    relation = overlap(columns, outputs, scalars, n_numbers)
     if relation < 0:
-        return REFUSED, -1
-    width = CACHE_LINE // outputs[0].itemsize
-    head = lead(outputs, start)
+        return REFUSED
+    width, rows, plain = width_of(outputs), rows_of(outputs), is_plain(columns)
+    head = lead(outputs, start, rows)
     # In place the lines are in the cache already, and a streaming store would throw them out first.
-    streaming = head >= 0 and outputs[0].nbytes >= STREAM_BYTES and relation == 0
+    streaming = head >= 0 and outputs[0].size * outputs[0].itemsize >= STREAM_BYTES and relation == 0
     # A float32 column fits float32 outputs; a scalar, a float64, may not: then every step gets the exact check.
     beyond = _beyond(columns, outputs, scalars)
-    usual = is_usual(columns)
-    n_invalid, first_invalid = 0, -1
+    n_invalid = 0
     k = start
     n = min(head if head > 0 else width, stop - start)
     while k < stop:
-        values = load(columns, scalars, k, n, usual)
+        values = load(columns, scalars, k, n, plain, outputs)
         step = step_of(values)
         after, break_rules = step.after, False
         if approaching:
@@ -65,42 +72,39 @@ def loop(
             # Not `closing > 0`: NaN has to go on to the check.
             after = each(select, step.closing <= 0.0, step.before, after)
         if break_rules or beyond or any_lane(doubt(step.size, outputs, step.signs)):
-            is_first = n_invalid == 0
-            after, bad, at = _carefully(step_of, obeys_rules, columns, outputs, scalars, k, n, flags, is_first)
-            if is_first:
-                first_invalid = at
-            n_invalid += bad
-        store(outputs, k, n, after, streaming)
+            after, n_bad = _carefully(step_of, obeys_rules, columns, outputs, scalars, k, n, flags, n_invalid == 0)
+            n_invalid += n_bad
+        store(outputs, k, n, after, streaming, rows)
         k += n
         n = min(width, stop - k)
-    return n_invalid, first_invalid
+    return n_invalid
 
 
 @rare
 def _carefully(
     step_of: Any, obeys_rules: Any, columns: Any, outputs: Any, scalars: Any, k: int, n: int, flags: Any, is_first: bool
 ) -> Any:
-    """A step again, with the exact check: the velocities to store, how many pairs are invalid, the first (or -1).
+    """A step again, with the exact check: the velocities to store, and how many pairs are invalid.
 
     Again and out of line: to keep the step's inputs in registers for this cost the polar form 8 % of its speed.
     """
     out_of_line()
     approaching, nan = flags
-    values = load(columns, scalars, k, n, False)
+    values = load(columns, scalars, k, n, False, outputs)
     step = step_of(values)
     after = step.after
     if approaching:
         after = each(select, step.closing <= 0.0, step.before, after)
     bad = leading(~obeys_rules(step, after, outputs), n)
-    n_bad, at = count(bad), -1
+    n_bad = count(bad)
     if n_bad > 0:
-        i = first(bad)
-        at = k + i
         if is_first:
-            for c in range(scalars.size):
+            i = first(bad)
+            for c in range(len(values)):
                 scalars[c] = get(values[c], i)
+            scalars[len(values)] = k + i
         after = each(select, bad, fill(step.before, math.nan) if nan else step.before, after)
-    return after, n_bad, at
+    return after, n_bad
 
 
 @rare

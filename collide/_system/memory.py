@@ -1,4 +1,4 @@
-"""How much memory there is, and the piece that one search for contacts leaves to the next."""
+"""How much memory there is."""
 
 from __future__ import annotations
 
@@ -6,11 +6,6 @@ import contextlib
 import functools
 import os
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-
-from .._typing import Array
 
 CACHE_LINE = 64  # bytes: what a streaming store has to fill
 
@@ -31,33 +26,3 @@ def free() -> int:
     with contextlib.suppress(OSError, ValueError, IndexError):
         return min(installed(), 1024 * int(Path("/proc/meminfo").read_text().split("MemAvailable:")[1].split()[0]))
     return installed()
-
-
-_LARGEST_SPARE = 1 << 24  # bytes
-_spare: list[Array] = []  # one piece at most; taken and left without a lock, as a list's own steps are whole
-
-
-class Scratch:
-    """One piece of memory for many arrays, each on a cache line, which serves the next who needs some as well.
-
-    Fresh memory costs more than the sort of a search: 10,000 balls took 85 ns each and not 53. Large pieces are given
-    back.
-    """
-
-    def __init__(self, size: int) -> None:
-        self._memory = np.empty(0, np.uint8)
-        with contextlib.suppress(IndexError):
-            self._memory = _spare.pop()
-        if self._memory.size < size:
-            self._memory = np.empty(size, np.uint8)
-        self._at = -self._memory.ctypes.data % CACHE_LINE
-
-    def take(self, n: int, dtype: Any) -> Array:
-        size = n * np.dtype(dtype).itemsize
-        array: Array = self._memory[self._at : self._at + size].view(dtype)
-        self._at += -(-size // CACHE_LINE) * CACHE_LINE
-        return array
-
-    def leave(self) -> None:
-        if self._memory.size <= _LARGEST_SPARE:
-            _spare[:] = [self._memory]

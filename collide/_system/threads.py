@@ -32,6 +32,7 @@ Result = TypeVar("Result")
 # are there, and whoever is slowed down takes fewer. But each share means taking the GIL again, which beside a busy
 # thread of pure Python can take 5 ms: not too many.
 _LEAST_SHARE = 1 << 15
+LEAST = 2 * _LEAST_SHARE  # below it one thread is enough
 _SHARES_A_THREAD = 4
 # At most so many invitations wait for workers. To accept one whose call has ended does nothing.
 _UNREAD = 256
@@ -85,7 +86,7 @@ def set_num_threads(n: int) -> None:
 
 def is_shared(n: int) -> bool:
     """Whether n pairs are worth more than the caller's thread."""
-    return n >= 2 * _LEAST_SHARE and get_num_threads() > 1 and not getattr(_local, "alone", False)
+    return n >= LEAST and get_num_threads() > 1 and not getattr(_local, "alone", False)
 
 
 @contextlib.contextmanager

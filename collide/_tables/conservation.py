@@ -15,7 +15,7 @@ from .._compile.components import each, halves
 from .._compile.elementwise import select
 from .._compile.kernel import Kernel, spread
 from .._compile.lanes import count, fill, get, leading
-from .._compile.memory import is_usual, load
+from .._compile.memory import is_plain, load
 from .._compile.options import formula
 from .._formulas.exact import two_product, two_sum
 from .._pairs.arguments import as_array
@@ -75,15 +75,15 @@ def _changes(step_of: Any) -> Any:
     @formula
     def changes(columns: Any, outputs: Any, scalars: Any, sums: Any) -> int:
         """The sums over all pairs that count, axis by axis and lane by lane; returns how many they are."""
-        usual, size = is_usual(columns), outputs[0].size
-        nothing = fill(load(outputs, scalars, 0, 0, True), 0.0)
+        plain, size = is_plain(columns), outputs[0].size
+        nothing = fill(load(outputs, scalars, 0, 0, True, outputs), 0.0)
         zero = nothing[0]
         totals = each(_none, halves(nothing)[0])
         n_counted = 0
         for k in range(0, size, _WIDTH):
             n = min(_WIDTH, size - k)
-            values = load(columns, scalars, k, n, usual)
-            before, after = step_of(values).before, load(outputs, scalars, k, n, True)
+            values = load(columns, scalars, k, n, plain, outputs)
+            before, after = step_of(values).before, load(outputs, scalars, k, n, True, outputs)
             m1, m2 = values[0], values[1]
             counted = leading((_worth(m1, m2, before, after) < _MOST) & (m1 >= 0.0) & (m2 >= 0.0), n)
             n_counted += count(counted)

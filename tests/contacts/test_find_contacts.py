@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 import collide
 from collide._contacts import grid as _grid
 from collide._contacts import search as _search
-from collide._system import memory as _memory
 from tests.helpers import naive
 from tests.helpers.sizes import sizes
 
@@ -128,11 +127,13 @@ def test_a_ball_in_the_far_distance(far, axis, size):
 
 def peak_of(x, y):
     """The contacts of balls of radius 1, if they take up to 100 bytes a ball beyond themselves."""
-    _memory._spare.clear()
+    kept = collide.get_spare_memory()
+    collide.set_spare_memory(0)
     tracemalloc.start()
     i, j = collide.find_contacts(x, y, 1.0)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
+    collide.set_spare_memory(kept)
     assert peak <= 100 * x.size + i.nbytes + j.nbytes
     return i, j
 
@@ -187,15 +188,6 @@ def test_distances_whose_squares_underflow():
     # 0 <= 0 in float64, as written.
     assert check([0.0, 2.0**-538], [0.0, 0.0], 1e-170)[0].size == 1
     assert check([0.0, 2.0**-530], [0.0, 0.0], 1e-170)[0].size == 0
-
-
-def test_a_large_room_is_given_back():
-    _memory._spare.clear()
-    x, y, _ = scatter(300_000, 0.4, np.random.default_rng(9))
-    collide.find_contacts(x, y, 1.0)
-    assert sum(room.size for room in _memory._spare) <= 1 << 24
-    collide.find_contacts(x[:1000], y[:1000], 1.0)
-    assert len(_memory._spare) == 1
 
 
 @pytest.mark.usefixtures("keep_threads")

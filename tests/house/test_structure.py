@@ -19,7 +19,7 @@ ORDER = """
     _compile.options
     _compile.kernel
     _compile.lanes
-    _compile.components  _compile.elementwise  _compile.memory
+    _compile.components  _compile.elementwise  _compile.memory  _compile.kept_memory
     _compile.gather
     _formulas.exact
     _formulas.sincos  _formulas.impact
@@ -31,7 +31,7 @@ ORDER = """
     _cli.limit  _pairs.execution  _contacts.torus
     _contacts.grid
     _contacts.layout
-    _contacts.search  _contacts.in_order  _tables.conservation  _tables.by_name
+    _contacts.search  _contacts.in_order  _tables.conservation  _tables.by_name  _pairs.vectors
     batch  contacts  _tables.stream  _tables.arrow_batches
     arrow  _tables.numpy_files  _tables.arrow_files  dask
     _tables.ipc_files  _tables.csv_files
@@ -97,13 +97,16 @@ def test_the_public_names():
         "InvalidPairError",
         "find_contacts",
         "get_num_threads",
+        "get_spare_memory",
         "impulse_2d",
+        "resolve",
         "resolve_1d",
         "resolve_2d",
         "resolve_contacts",
         "resolve_polar",
         "scalar",
         "set_num_threads",
+        "set_spare_memory",
         "time_of_impact",
     }
     for name in collide.__all__:
@@ -135,6 +138,7 @@ def test_other_platforms_are_refused(other):
 PRIVATE = {
     "llvmlite.ir",
     "numba.core.caching.NullCache",
+    "numba.core.ccallback.CFunc",
     "numba.core.cgutils",
     "numba.core.compiler.CompileResult",
     "numba.core.compiler_lock.global_compiler_lock",

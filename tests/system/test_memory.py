@@ -18,7 +18,7 @@ import sys
 import numpy as np
 
 import collide
-from collide._system import memory
+from collide._compile import kept_memory
 
 PAGE, libc = mmap.PAGESIZE, ctypes.CDLL(None, use_errno=True)
 
@@ -35,6 +35,29 @@ def guarded(size):
 
 def at_end(array, region):
     view = region[region.size - array.nbytes :].view(array.dtype)
+    view[...] = array
+    return view
+
+
+def last_of_rows(array, region):
+    '''As the last column of rows of two, which end where the region ends.'''
+    rows = region[region.size - 2 * array.nbytes :].view(array.dtype)
+    view = rows.reshape(-1, 2)[:, 1]
+    view[...] = array
+    return view
+
+
+def first_of_rows(array, region):
+    rows = region[: 2 * array.nbytes].view(array.dtype).reshape(-1, 2)
+    view = rows[:, 0]
+    view[...] = array
+    return view
+
+
+def every_third(array, region):
+    '''Every third number, from the first to the last of the region.'''
+    rows = region[region.size - (3 * array.size - 2) * array.itemsize :].view(array.dtype) if array.size else region[:0]
+    view = rows[::3] if array.size else array
     view[...] = array
     return view
 
@@ -57,14 +80,11 @@ class Room:
         self.regions.append(region)
         region[:] = 0xFF  # NaN, and indices that lead astray
         return region[region.size - size :].view(dtype)
-
-    def leave(self):
-        pass
 """
 
 BATCHES = """
 rng = np.random.default_rng(0)
-regions = [guarded(70 * 8) for _ in range(13)]
+regions = [guarded(3 * 70 * 8) for _ in range(13)]
 FORMS = {
     "resolve_1d": (5, 2), "resolve_2d": (9, 4), "resolve_polar": (8, 4), "impulse_2d": (9, 1), "time_of_impact": (5, 1)
 }
@@ -75,7 +95,7 @@ for name, (n_columns, n_outputs) in FORMS.items():
     for n in range(71):
         columns = [rng.uniform(0.5, 2.0, n).astype(dtype) for _ in range(n_columns)]
         for scalar in (None, 0, n_columns - 1):
-            for place in (at_end, at_start):
+            for place in (at_end, at_start, last_of_rows, first_of_rows, every_third):
                 given = [place(c, region) for c, region in zip(columns, regions)]
                 if scalar is not None:
                     given[scalar] = 1.0
@@ -93,7 +113,7 @@ print("untouched")
 """
 
 CONTACTS = """
-memory.Scratch = Room
+kept_memory.Scratch = Room
 rng = np.random.default_rng(1)
 for n in [*range(71), 127, 128, 129, 1000, 9000]:
     for packing in (0.02, 0.4, 1.5):

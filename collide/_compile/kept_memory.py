@@ -1,0 +1,295 @@
+"""Memory for large arrays: what dies is kept for the next ones, as fresh memory costs more than a batch does.
+
+The system gives memory page by page, each at its first touch, and for results that a program makes and drops at every
+step this is one half to four fifths of the time. NumPy lets arrays be allocated by others (NEP 49): here are the
+functions that it is given, compiled, as it calls them whenever such an array dies, up to the interpreter's end. An
+array that they have made is like any other, and NumPy itself says when nobody can look at its memory any more, through
+whatever view or buffer (tests/pairs/test_fresh.py). Not by a subclass that notices its own end, under views of it: such
+arrays do not own their memory, and cannot be resized.
+
+What is kept: the memory of the arrays that died last, SLOTS of them at most and so many bytes; the oldest goes first.
+All runs under the GIL, as NumPy allocates and frees under it.
+"""
+
+from __future__ import annotations
+
+import contextvars
+import ctypes
+import math
+import operator
+import os
+import time
+from typing import Any
+
+import numpy as np
+from numba import types
+from numba.core import cgutils
+from numpy._core import _multiarray_umath as numpy_core  # type: ignore[attr-defined]
+
+from .._system import memory
+from .._typing import Array
+from .kernel import Callback
+from .lanes import I64
+from .options import formula, intrinsic
+
+LARGE = 1 << 17  # bytes: what is smaller comes from the heap, which keeps it itself
+SLOTS = 16
+_PAGE = 4096  # arrays at the same place of a page share the sets of a cache
+_APART = 21 * memory.CACHE_LINE  # four arrays, and those of the caller at one place, are then far from each other
+_HEADER = 16  # bytes before an array: where its piece of memory begins, and the size of that
+# What the functions find at the address that NumPy hands them, as words of 64 bits: how many bytes may be kept, how
+# many are, the place in a page where the next array shall begin, a clock, and NumPy's own functions. Then of each piece
+# that is kept its address, or 0, its size, and when it came.
+_LIMIT, _KEPT, _PLACE, _CLOCK, _ALLOCATE, _RELEASE, _FIRST = range(7)
+_END = _FIRST + 3 * SLOTS
+
+
+@intrinsic
+def _words(typingctx: Any, address: Any) -> Any:
+    """The words from an address on."""
+    return types.CPointer(types.int64)(types.int64), lambda context, b, sig, args: b.inttoptr(args[0], I64.as_pointer())
+
+
+@intrinsic
+def _call(typingctx: Any, function: Any, x: Any, y: Any, z: Any) -> Any:
+    """The C function at an address, of pointers and sizes; it takes the first it needs."""
+
+    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+        kind = cgutils.ir.FunctionType(I64, [I64] * 3)
+        return b.call(b.inttoptr(args[0], kind.as_pointer()), args[1:])
+
+    return types.int64(*[types.int64] * 4), codegen
+
+
+@intrinsic
+def _copy(typingctx: Any, target: Any, source: Any, size: Any) -> Any:
+    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+        byte = cgutils.voidptr_t
+        cgutils.raw_memcpy(b, b.inttoptr(args[0], byte), b.inttoptr(args[1], byte), args[2], 1)
+        return context.get_dummy_value()
+
+    return types.void(*[types.int64] * 3), codegen
+
+
+@intrinsic
+def _clear(typingctx: Any, target: Any, size: Any) -> Any:
+    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+        cgutils.memset(b, b.inttoptr(args[0], cgutils.voidptr_t), args[1], 0)
+        return context.get_dummy_value()
+
+    return types.void(*[types.int64] * 2), codegen
+
+
+@formula
+def _let_go(state: Any, room: int) -> int:
+    """The oldest pieces go until so many bytes more may be kept; returns a slot that is free, or -1."""
+    while True:
+        free, oldest = -1, -1
+        for s in range(_FIRST, _END, 3):
+            if state[s] == 0:
+                free = s
+            elif oldest < 0 or state[s + 2] < state[oldest + 2]:
+                oldest = s
+        if oldest < 0 or (free >= 0 and state[_KEPT] + room <= state[_LIMIT]):
+            return free
+        _call(state[_RELEASE], 0, state[oldest], state[oldest + 1])
+        state[_KEPT] -= state[oldest + 1]
+        state[oldest] = 0
+
+
+def _malloc(context: int, size: int) -> int:
+    state, needed, chosen = _words(context), size + _HEADER + _PAGE, -1
+    for s in range(_FIRST, _END, 3):
+        # Not one of more than twice the size, most of which would lie idle.
+        fits = state[s] != 0 and needed <= state[s + 1] <= 2 * needed
+        if fits and (chosen < 0 or state[s + 1] < state[chosen + 1]):
+            chosen = s
+    if chosen >= 0:
+        piece, size = state[chosen], state[chosen + 1]
+        state[_KEPT] -= size
+        state[chosen] = 0
+    else:
+        piece, size = _call(state[_ALLOCATE], 0, needed, 0), needed
+        if piece == 0:
+            _let_go(state, state[_LIMIT])
+            piece = _call(state[_ALLOCATE], 0, needed, 0)
+            if piece == 0:
+                return 0
+    array = piece + _HEADER
+    array += (state[_PLACE] - array) % _PAGE
+    header = _words(array - _HEADER)
+    header[0], header[1] = piece, size
+    return int(array)
+
+
+def _free(context: int, array: int, size: int) -> None:
+    state = _words(context)
+    if array == 0:  # NumPy never asks for this: what is beyond the limit goes
+        _let_go(state, 0)
+        return
+    header = _words(array - _HEADER)
+    piece, size = header[0], header[1]
+    slot = _let_go(state, size) if size <= state[_LIMIT] else -1
+    if slot < 0:
+        _call(state[_RELEASE], 0, piece, size)
+        return
+    state[_CLOCK] += 1
+    state[_KEPT] += size
+    state[slot], state[slot + 1], state[slot + 2] = piece, size, state[_CLOCK]
+
+
+def _calloc(context: int, n: int, item: int) -> int:
+    array = _malloc(context, n * item)
+    if array != 0:
+        _clear(array, n * item)
+    return array
+
+
+def _realloc(context: int, array: int, size: int) -> int:
+    again = _malloc(context, size)
+    if array != 0 and again != 0:
+        header = _words(array - _HEADER)
+        _copy(again, array, min(size, header[0] + header[1] - array))
+        _free(context, array, 0)
+    return again
+
+
+for _function in (_malloc, _free):
+    formula(_function)
+_WORD = types.int64
+_FUNCTIONS = (  # in NumPy's order
+    Callback(_malloc, _WORD(_WORD, _WORD), "malloc"),
+    Callback(_calloc, _WORD(_WORD, _WORD, _WORD), "calloc"),
+    Callback(_realloc, _WORD(_WORD, _WORD, _WORD), "realloc"),
+    Callback(_free, types.void(_WORD, _WORD, _WORD), "free"),
+)
+
+
+class _Handler(ctypes.Structure):
+    """NumPy's PyDataMem_Handler."""
+
+    _fields_ = (
+        ("name", ctypes.c_char * 127),
+        ("version", ctypes.c_uint8),
+        ("context", ctypes.c_void_p),
+        ("functions", ctypes.c_void_p * 4),
+    )
+
+
+class _Keeper:
+    """The state of the functions, and the context in which NumPy allocates by them.
+
+    NumPy has its allocator in a context variable. So it is set in a context of our own, in a copy of which arrays are
+    made: no interrupt can leave it set elsewhere.
+    """
+
+    def __init__(self) -> None:
+        self.state = np.zeros(_END, np.int64)
+        self.context = contextvars.Context()
+        pointer_of = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(
+            ("PyCapsule_GetPointer", ctypes.pythonapi)
+        )
+        capsule_of = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p)(
+            ("PyCapsule_New", ctypes.pythonapi)
+        )
+        # Where import_array() of NumPy's C interface finds it.
+        table = (ctypes.c_void_p * 306).from_address(pointer_of(numpy_core._ARRAY_API, None))
+        set_handler = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.py_object)(table[304] or 0)
+        get_handler = ctypes.PYFUNCTYPE(ctypes.py_object)(table[305] or 0)
+        numpys = _Handler.from_address(pointer_of(self.context.run(get_handler), b"mem_handler"))
+        self.state[_ALLOCATE], self.state[_RELEASE] = numpys.functions[0], numpys.functions[3]
+        handler = _Handler(b"collide", 1, self.state.ctypes.data, tuple(f.compiled for f in _FUNCTIONS))
+        self.context.run(set_handler, capsule_of(ctypes.addressof(handler), b"mem_handler", None))
+        self._free = ctypes.PYFUNCTYPE(None, *[ctypes.c_int64] * 3)(handler.functions[3])
+        self._handler = handler
+        self._seen = -math.inf
+        # Arrays may die after this module, at the end of the interpreter: what they need never does.
+        ctypes.PYFUNCTYPE(None, ctypes.py_object)(("Py_IncRef", ctypes.pythonapi))([self, _FUNCTIONS, Callback])
+
+    def arrays(self, count: int, shape: tuple[int, ...], dtype: np.dtype[Any], place: int) -> list[Array]:
+        now = time.monotonic()
+        if now - self._seen > _LOOK_EVERY:
+            self._seen = now
+            self.set_limit(0 if memory.free() < memory.installed() // _SHARE else get_spare_memory())
+        arrays = []
+        for _ in range(count):
+            place += _APART
+            self.state[_PLACE] = place
+            arrays.append(np.empty(shape, dtype))
+        return arrays
+
+    def set_limit(self, limit: int) -> None:
+        if limit != self.state[_LIMIT]:
+            self.state[_LIMIT] = limit
+            self._free(self.state.ctypes.data, 0, 0)
+
+
+_SHARE = 16  # of the memory that may be kept; and nothing is where less than such a share is free
+_LOOK_EVERY = 0.25  # seconds: to ask what is free takes 0.05 ms
+_keeper: _Keeper | None = None
+_limit: int | None = None
+
+
+def empty(count: int, shape: tuple[int, ...], dtype: np.dtype[Any], near: int = 0) -> list[Array]:
+    """New arrays; large ones have the offset from a cache line that this address has, at different places of a page."""
+    global _keeper
+    if math.prod(shape) * dtype.itemsize < LARGE:
+        return [np.empty(shape, dtype) for _ in range(count)]
+    if _keeper is None:
+        _keeper = _Keeper()
+    return _keeper.context.copy().run(_keeper.arrays, count, shape, dtype, near)
+
+
+def get_spare_memory() -> int:
+    """How many bytes of results that are no longer in use may be kept for the next ones.
+
+    At first it is the environment variable COLLIDE_SPARE_MEMORY, else a sixteenth of the memory that the process may
+    use. Of large results only, the last 16 at most; nothing where memory is short.
+
+    >>> collide.get_spare_memory() >= 0
+    True
+    """
+    global _limit
+    if _limit is None:
+        text = os.environ.get("COLLIDE_SPARE_MEMORY")
+        if text and not (text.isascii() and text.isdigit()):
+            raise ValueError(f"COLLIDE_SPARE_MEMORY = {text!r}: must be an integer of at least 0")
+        _limit = int(text) if text else memory.installed() // _SHARE
+    return _limit
+
+
+def set_spare_memory(n_bytes: int) -> None:
+    """Sets how many bytes of results that are no longer in use may be kept for the next ones; what is beyond is freed.
+
+    n_bytes: int >= 0; 0 keeps nothing. TypeError if it is no integer, ValueError if it is below 0.
+
+    >>> kept = collide.get_spare_memory()
+    >>> collide.set_spare_memory(0)
+    >>> collide.set_spare_memory(kept)
+    """
+    global _limit
+    if isinstance(n_bytes, bool | np.bool_):
+        raise TypeError(f"n_bytes = {n_bytes!r}: must be an integer")
+    try:
+        n_bytes = operator.index(n_bytes)
+    except TypeError:
+        raise TypeError(f"n_bytes = {n_bytes!r}: must be an integer") from None
+    if n_bytes < 0:
+        raise ValueError(f"n_bytes = {n_bytes}: must be at least 0")
+    _limit = min(n_bytes, 1 << 60)
+    if _keeper is not None:
+        _keeper.set_limit(_limit)
+
+
+class Scratch:
+    """One piece of memory for many arrays, each on a cache line."""
+
+    def __init__(self, size: int) -> None:
+        (self._memory,) = empty(1, (size + memory.CACHE_LINE,), np.dtype(np.uint8))
+        self._at = -self._memory.ctypes.data % memory.CACHE_LINE
+
+    def take(self, n: int, dtype: Any) -> Array:
+        size = n * np.dtype(dtype).itemsize
+        array: Array = self._memory[self._at : self._at + size].view(dtype)
+        self._at += -(-size // memory.CACHE_LINE) * memory.CACHE_LINE
+        return array

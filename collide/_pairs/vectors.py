@@ -1,0 +1,63 @@
+"""Vectors along the last axis of arrays: their components are columns of a form, which kernels take as they lie."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .._typing import Array
+from ..errors import InvalidPairError
+from . import execution
+from .arguments import as_array, broadcast_shape, checked_outputs, result_dtype
+from .forms import FORM_2D
+from .results import fresh
+
+_FORMS = {2: FORM_2D}  # by how many components vectors have
+_NAMES = "m1", "m2", "v1", "v2", "n", "restitution"
+_VECTORS = "v1", "v2", "n"
+
+
+def call(inputs: Sequence[Any], approaching_only: Any, invalid: Any, out: Any) -> Sequence[Array]:
+    """u1 and u2, by m1, m2, v1, v2, n and the restitution."""
+    given = dict(zip(_NAMES, inputs, strict=True))
+    arrays = {name: v if type(v) is np.ndarray else as_array(name, v) for name, v in given.items()}
+    d = _components(arrays)
+    shape = broadcast_shape(arrays, arrays.values(), _VECTORS)
+    dtype = result_dtype(inputs, arrays.values())
+    if out is None:
+        outputs = fresh(2, (*shape, d), dtype, [arrays["v1"]])
+    else:
+        outputs = checked_outputs(("u1", "u2"), out, (*shape, d), dtype)
+    components = [c for name in _VECTORS for c in _columns(arrays[name], shape)]
+    columns = given["m1"], given["m2"], *components, given["restitution"]
+    targets = tuple(c for u in outputs for c in _columns(u, shape))
+    try:
+        execution.call(_FORMS[d], columns, approaching_only, invalid, targets)
+    except InvalidPairError as error:
+        raise error if shape else InvalidPairError((), error.count, error.reason) from None
+    return outputs
+
+
+def check_length(name: str, shape: tuple[int, ...]) -> None:
+    """Whether the last axis is that of vectors that there is a form for."""
+    if not shape or shape[-1] not in _FORMS:
+        lengths = " or ".join(map(str, _FORMS))
+        raise ValueError(f"{name} has shape {shape}: its last axis must have length {lengths}, one a component")
+
+
+def _components(arrays: dict[str, Array]) -> int:
+    """How many the vectors have."""
+    for name in _VECTORS:
+        check_length(name, arrays[name].shape)
+        if arrays[name].shape[-1] != arrays["v1"].shape[-1]:
+            raise ValueError(f"{name} has shape {arrays[name].shape}: its last axis must have the length of that of v1")
+    return int(arrays["v1"].shape[-1])
+
+
+def _columns(vectors: Array, shape: tuple[int, ...]) -> list[Any]:
+    """The components, of the batch's one pair as arrays of one, of one vector for all pairs as numbers."""
+    if vectors.ndim > 1:
+        return [vectors[..., k] for k in range(vectors.shape[-1])]
+    return [*vectors] if shape else [vectors[k : k + 1] for k in range(vectors.size)]
