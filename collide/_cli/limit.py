@@ -29,15 +29,26 @@ def _move(
     k = start
     n = min(head if head > 0 else width, stop - start)
     while k < stop:
-        # A sum, only because the compiler leaves out a load whose value goes nowhere.
-        values = load(columns, scalars, k, n, plain, outputs)
-        total = values[0]
-        for value in values[1:]:
-            total = total + value
-        store(outputs, k, n, each(_first, total, outputs), streaming, rows)
-        k += n
+        if plain and rows == 0 and n == width:  # as in the loop of a batch
+            end = stop - (stop - k) % width
+            while k < end:
+                _step(columns, outputs, scalars, k, width, True, streaming, 0)
+                k += width
+        else:
+            _step(columns, outputs, scalars, k, n, plain, streaming, rows)
+            k += n
         n = min(width, stop - k)
     return 0
+
+
+@formula
+def _step(columns: Any, outputs: Any, scalars: Any, k: int, n: int, plain: bool, streaming: bool, rows: int) -> None:
+    # A sum, only because the compiler leaves out a load whose value goes nowhere.
+    values = load(columns, scalars, k, n, plain, outputs)
+    total = values[0]
+    for value in values[1:]:
+        total = total + value
+    store(outputs, k, n, each(_first, total, outputs), streaming, rows)
 
 
 def _limit(form: Form) -> Form:

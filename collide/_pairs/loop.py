@@ -59,24 +59,60 @@ def loop(
     streaming = head >= 0 and outputs[0].size * outputs[0].itemsize >= STREAM_BYTES and relation == 0
     # A float32 column fits float32 outputs; a scalar, a float64, may not: then every step gets the exact check.
     beyond = _beyond(columns, outputs, scalars)
+    usual = plain and rows == 0 and not approaching and not beyond
     n_invalid = 0
     k = start
     n = min(head if head > 0 else width, stop - start)
     while k < stop:
-        values = load(columns, scalars, k, n, plain, outputs)
-        step = step_of(values)
-        after, break_rules = step.after, False
-        if approaching:
-            # Of a pair that is skipped the size does not tell whether its masses obey the rules.
-            break_rules = any_lane(~obeys_rules(step, step.before, outputs))
-            # Not `closing > 0`: NaN has to go on to the check.
-            after = each(select, step.closing <= 0.0, step.before, after)
-        if break_rules or beyond or any_lane(doubt(step.size, outputs, step.signs)):
-            after, n_bad = _carefully(step_of, obeys_rules, columns, outputs, scalars, k, n, flags, n_invalid == 0)
-            n_invalid += n_bad
-        store(outputs, k, n, after, streaming, rows)
-        k += n
+        if usual and n == width:
+            end = stop - (stop - k) % width
+            n_invalid = _usual_steps(
+                step_of, obeys_rules, columns, outputs, scalars, k, end, flags, streaming, n_invalid
+            )
+            k = end
+        else:
+            values = load(columns, scalars, k, n, plain, outputs)
+            step = step_of(values)
+            after, break_rules = step.after, False
+            if approaching:
+                # Of a pair that is skipped the size does not tell whether its masses obey the rules.
+                break_rules = any_lane(~obeys_rules(step, step.before, outputs))
+                # Not `closing > 0`: NaN has to go on to the check.
+                after = each(select, step.closing <= 0.0, step.before, after)
+            if break_rules or beyond or any_lane(doubt(step.size, outputs, step.signs)):
+                after, n_bad = _carefully(step_of, obeys_rules, columns, outputs, scalars, k, n, flags, n_invalid == 0)
+                n_invalid += n_bad
+            store(outputs, k, n, after, streaming, rows)
+            k += n
         n = min(width, stop - k)
+    return n_invalid
+
+
+@formula
+def _usual_steps(
+    step_of: Any,
+    obeys_rules: Any,
+    columns: Any,
+    outputs: Any,
+    scalars: Any,
+    k: int,
+    end: int,
+    flags: Any,
+    streaming: bool,
+    n_invalid: int,
+) -> int:
+    """Whole steps over columns without gaps, which nearly all are: what the loop asks at each otherwise is a seventh of
+    its time in the caches.
+    """
+    width = width_of(outputs)
+    while k < end:
+        step = step_of(load(columns, scalars, k, width, True, outputs))
+        after = step.after
+        if any_lane(doubt(step.size, outputs, step.signs)):
+            after, n_bad = _carefully(step_of, obeys_rules, columns, outputs, scalars, k, width, flags, n_invalid == 0)
+            n_invalid += n_bad
+        store(outputs, k, width, after, streaming, 0)
+        k += width
     return n_invalid
 
 
