@@ -108,12 +108,12 @@ def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
     0 if they touch or overlap and approach, inf if d.w >= 0, apart or not, NaN where they meet at a time that is too
     large for a float64. An exact graze counts as touching, and so does what only a hundred bits can tell from one.
 
-    The root of |d + w t| = R that does not cancel, from sums of products in twice the precision: its error is at most
-    8 eps t + eps^2 d^2/|d.w|, eps = 2^-52, and 2 eps R/|w| more within 2^-100 of a graze. The second term is all there
-    is to t where the balls all but touch, when d^2 - R^2 is no more than the rounding of its terms. In a near graze t
-    is as good as the arguments: an error of eps in one of them moves it by some eps R^2 / (R^2 - (d x w)^2/w^2), of
-    R/|w|, and more. Where R is below 1e-140 |d|, or d.w below 1e-290 of |d||w| or R|w|, products underflow: a graze may
-    be decided wrongly then, and balls that overlap be taken to move apart.
+    The root of |d + w t| = R that does not cancel, in twice the precision wherever plain one may not do: its error is
+    at most 8 eps t + eps^2 d^2/|d.w|, eps = 2^-52, and 2 eps R/|w| more within 2^-100 of a graze. The second term is
+    all there is to t where the balls all but touch, when d^2 - R^2 is no more than the rounding of its terms. In a near
+    graze t is as good as the arguments: an error of eps in one of them moves it by some eps R^2 /
+    (R^2 - (d x w)^2/w^2), of R/|w|, and more. Where R is below 1e-140 |d|, or d.w below 1e-290 of |d||w| or R|w|,
+    products underflow: a graze may be decided wrongly then, and balls that overlap be taken to move apart.
 
     >>> collide.scalar.time_of_impact(5.0, 0.0, -1.0, 0.0, 2.0)
     np.float64(3.0)

@@ -25,6 +25,9 @@ BOUNDS = [
     ("polar", LARGE, False, "NumPy", 60.0, 6),
     ("2d", 10_000, True, "prange, same formula", 0.80, 60),
     ("2d", 1, False, "NumPy", 1.0, 60),
+    ("impact", 10_000, True, "prange", 0.75, 60),
+    ("impact", 100_000, True, "prange", 0.75, 60),
+    ("impact", 1_000_000, True, "prange", 0.75, 30),
 ]
 
 

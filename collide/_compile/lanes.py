@@ -212,6 +212,19 @@ def _any_lane(condition: Any) -> Any:
     return lambda condition: _unlikely(condition)
 
 
+def all_lanes(condition: Any) -> Any:
+    """Whether the condition holds in every lane; of a scalar, itself. The compiler is told that it mostly does."""
+    return np.all(condition)
+
+
+@compiles(all_lanes)
+def _all_lanes(condition: Any) -> Any:
+    if isinstance(condition, Mask):
+        width = condition.width
+        return lambda condition: not _unlikely(count(condition) != width)
+    return lambda condition: not _unlikely(not condition)
+
+
 @intrinsic
 def _unlikely(typingctx: Any, condition: Any) -> Any:
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numba
+import numpy as np
 from numba.core.ccallback import CFunc
 from numba.extending import overload, register_jitable
 
@@ -28,6 +29,13 @@ def formula(function: Function) -> Function:
     """Plain Python when Python calls it; in compiled code, part of what calls it."""
     register_jitable(**_INLINE)(function)
     return function
+
+
+def quiet(function: Function) -> Function:
+    """As `formula`; Python runs it without NumPy's warnings: for what goes wrong where nobody takes the result."""
+    plain = np.errstate(all="ignore")(function)
+    overload(plain, jit_options=_INLINE, strict=False)(lambda *args: function)
+    return plain
 
 
 def rare(function: Function) -> Function:

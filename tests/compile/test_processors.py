@@ -27,7 +27,7 @@ GOLDEN = {
     "resolve_2d": ("d73d6f2ef625ae69", "2292e17a2569013e"),
     "resolve_polar": ("3b401eb4c8889cb9", "a4b0ae30b43f0194"),
     "impulse_2d": ("d73d6f2ef625ae69", "5728a00168ec71a3"),
-    "time_of_impact": ("c4b3ca919c15f413", "902adb3abbd9b074"),
+    "time_of_impact": ("c4b3ca919c15f413", "c26838aeceead43d"),
     "find_contacts": ("2e73d3f86e5c4e39", "9fd92fed33ba52e7"),
     "resolve_contacts": ("d8c804be80ccc6ad", "058e41316b7a8645"),
 }

@@ -9,11 +9,14 @@ import pytest
 from mpmath import mpf
 
 import collide
+from collide._formulas import impact
 from tests.helpers import naive
 from tests.helpers.published import cases
+from tests.helpers.sizes import sizes
 
 INF, NAN = np.inf, np.nan
-BOUND = 8  # eps, relative; the worst found in 200,000 encounters was 1.9
+BOUND = 8  # eps, relative; the worst found in 200,000 encounters was 2.9, and 3.8 next to doubt
+PLAIN_BOUND = 7.25  # where plain precision is sure; impact._plainly derives it
 
 
 def encounters(n, seed=0):
@@ -140,6 +143,75 @@ def test_head_on_over_the_whole_range():
     assert 1000 < late < n / 2
 
 
+def next_to_doubt(n, seed=0):
+    """Hits with the slope sqrt(D) (sqrt(D) - d.w) around 5/8 of the smaller of R^2 w.w and c w.w, of all gaps."""
+    rng = np.random.default_rng(seed)
+    gap = np.exp2(rng.uniform(-42, 38, n))  # c / R^2
+    slope = 0.625 * (1 + rng.choice([-1.0, 1.0], n) * 10.0 ** rng.uniform(-16, -1, n)) * np.minimum(1.0, gap)
+    root = slope / np.sqrt(gap + 2 * slope)  # where R and |w| are 1
+    length, along, across = np.sqrt(1 + gap), np.sqrt(root**2 + gap), rng.choice([-1.0, 1.0], n) * np.sqrt(1 - root**2)
+    angle, distance, speed = rng.uniform(-np.pi, np.pi, n), rng.uniform(1, 2, n), rng.uniform(1, 2, n)
+    x, y = np.cos(angle), np.sin(angle)
+    wx, wy = -along * x + across * y, -along * y - across * x
+    return distance * length * x, distance * length * y, speed / length * wx, speed / length * wy, distance
+
+
+def decided(dx, dy, dvx, dvy, distance):
+    """Which pairs plain precision says never meet, which it gives a time, and the time."""
+    d, w = (dx, dy), (dvx, dvy)
+    never, usual, terms = impact._whether(d, w, distance)
+    t, sure = impact._plainly(d, distance, *terms)
+    return never, usual & sure & ~never, t
+
+
+@sizes(usual=3000, campaign=100_000)
+def test_the_error_next_to_doubt(size):
+    c = next_to_doubt(size)
+    t = collide.time_of_impact(*c)
+    _, plain, _ = decided(*c)
+    assert 0.4 < plain.mean() < 0.6
+    errors = np.array([check(got, naive.time_of_impact(*pair)) for got, *pair in zip(t, *c, strict=True)])
+    assert errors[~plain].max() < 2.5
+    assert errors[plain].max() < PLAIN_BOUND
+    assert errors[plain].max() > 2.5  # as much is lost there that a bound on it is needed
+
+
+def test_plain_precision_decides_nearly_every_pair():
+    rng = np.random.default_rng(9)
+    n = 200_000
+    far = *rng.uniform(-50, 50, (2, n)), *rng.normal(size=(2, n)), rng.uniform(1, 2, n)
+    angle, distance = rng.uniform(-np.pi, np.pi, n), rng.uniform(1, 2, n)
+    length = distance * rng.uniform(1, 2, n)
+    near = length * np.cos(angle), length * np.sin(angle), *rng.normal(size=(2, n)), distance
+    for c, most in ((far, 1e-4), (near, 0.02)):
+        never, plain, _ = decided(*c)
+        assert np.mean(~never & ~plain) <= most
+
+
+def test_who_decides():
+    """Pairs that never meet by plain precision do not by twice the precision; who is in doubt has the bits of that."""
+    for c in (encounters(20_000, seed=4), next_to_doubt(5000, seed=4)):
+        never, plain, t = decided(*c)
+        careful, _ = impact._carefully(c[:2], c[2:4], c[4])
+        assert never.sum() + plain.sum() > 1000
+        assert (~never & ~plain).sum() > 1000
+        assert (careful[never] == INF).all()
+        np.testing.assert_array_equal(collide.time_of_impact(*c), np.where(never, INF, np.where(plain, t, careful)))
+
+
+def test_neighbours():
+    """A pair that is sure, in doubt, too large for plain precision or at rest has the bits that it has alone."""
+    kinds = (encounters(40, seed=5), next_to_doubt(40, seed=5), [1e170 * x for x in encounters(20, seed=6)])
+    c = [np.concatenate(x) for x in zip(*kinds, strict=True)]
+    c[2][::9] = c[3][::9] = 0.0
+    order = np.random.default_rng(0).permutation(100)
+    c = [x[order] for x in c]
+    t = collide.time_of_impact(*c)
+    for k in range(100):
+        assert collide.time_of_impact(*(x[k : k + 1] for x in c)) == collide.scalar.time_of_impact(*(x[k] for x in c))
+        assert collide.time_of_impact(*(x[k : k + 1] for x in c)) == t[k]
+
+
 def test_balls_that_all_but_touch():
     """R is |d| rounded, or next to it: what d^2 - R^2 is then made of is in the last of twice as many bits."""
     rng = np.random.default_rng(8)
@@ -149,6 +221,8 @@ def test_balls_that_all_but_touch():
     reach = np.hypot(dx, dy)
     reach += rng.integers(-1, 2, n) * np.spacing(reach) * (rng.random(n) < 0.5)
     t = collide.time_of_impact(dx, dy, wx, wy, reach)
+    _, plain, _ = decided(dx, dy, wx, wy, reach)
+    assert not plain.any()  # whose bound has no second term
     worst = 0.0
     for k in range(n):
         exact = naive.time_of_impact(dx[k], dy[k], wx[k], wy[k], reach[k])
@@ -245,6 +319,20 @@ def test_exact_grazes_are_contacts():
         dx, distance, w = rng.uniform(0.5, 1, (3, 3000))
         t = collide.time_of_impact(near * dx, distance, -w, 0.0, distance)
         np.testing.assert_allclose(t, near * dx / w, rtol=BOUND * naive.EPS)
+
+
+@pytest.mark.fast
+def test_far_grazes_are_told_from_misses():
+    """By a unit in the last place, and from so far that the root of an error in D is nothing beside d.w."""
+    rng = np.random.default_rng(10)
+    n = 5000
+    distance, w, place = rng.uniform(1.5, 2, n), rng.uniform(1, 2, n), rng.integers(-1, 2, n)
+    dy = distance + place * np.spacing(distance)
+    dx = np.exp2(rng.uniform(10, 100, n))
+    t = collide.time_of_impact(dx, dy, -w, 0.0, distance)
+    np.testing.assert_array_equal(t == INF, place > 0)
+    np.testing.assert_allclose(t[place <= 0], (dx / w)[place <= 0], rtol=1e-6)
+    assert (t[dx > 2**30] < INF).any()
 
 
 @pytest.mark.fast
