@@ -31,6 +31,7 @@ def section(data: dict[str, Any]) -> str:
     machine, found = data["machine_info"], entries(data)
     threads = machine["collide threads"]
     lines = [
+        *calls(data),
         f"{LARGE:,} pairs, float64, {threads} threads, million pairs a second, and how many times as fast collide is:",
         "",
         "| | " + " | ".join(FORMS.values()) + " |",
@@ -72,6 +73,33 @@ def section(data: dict[str, Any]) -> str:
         ),
     ]
     return "\n".join(lines)
+
+
+def calls(data: dict[str, Any]) -> list[str]:
+    """The table of the calls that people make; nothing where they were not timed."""
+    infos = [b["extra_info"] | b["stats"] for b in data["benchmarks"] if "way" in b["extra_info"]]
+    if not infos:
+        return []
+    sizes, ways = (list(dict.fromkeys(i[key] for i in infos)) for key in ("n", "way"))
+    ratio = {(i["way"], i["n"], i["by"]): number(1 / i["as fast as the reference"]) for i in infos}
+    took = {(i["way"], i["n"]): i["median"] for i in infos if i["by"] == "collide"}
+    lines = [
+        *wrapped(
+            "The calls that people make, of pairs in the plane: what one takes, and how many times as fast it is as a "
+            "loop of Numba's prange that its user would write over the same arrays, and as NumPy's expression:"
+        ),
+        "",
+        "| | " + " | ".join(f"{n:,} pair{'s' * (n > 1)}" for n in sizes) + " |",
+        "|---|" + "---|" * len(sizes),
+    ]
+    for way in ways:
+        cells = (f"{time(took[way, n])}: {ratio[way, n, 'prange']}, {ratio[way, n, 'NumPy']}" for n in sizes)
+        lines.append(f"| {way} | " + " | ".join(cells) + " |")
+    return [*lines, ""]
+
+
+def time(seconds: float) -> str:
+    return f"{number(1e6 * seconds)} us" if seconds < 1e-3 else f"{number(1e3 * seconds)} ms"
 
 
 def options(data: dict[str, Any]) -> str:

@@ -18,6 +18,11 @@ def plane(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny:
     return v1x - m2 * q * nx, v1y - m2 * q * ny, v2x + m1 * q * nx, v2y + m1 * q * ny
 
 
+def rows(m1: Any, m2: Any, v1: Any, v2: Any, n: Any) -> Any:
+    q = 2.0 * ((v1 - v2) * n).sum(axis=-1) / ((m1 + m2) * (n * n).sum(axis=-1))
+    return v1 - (m2 * q)[:, None] * n, v2 + (m1 * q)[:, None] * n
+
+
 def polar(m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any) -> Any:
     """The textbook's formula as it stands."""
     along1, along2 = v1 * np.cos(theta1 - phi), v2 * np.cos(theta2 - phi)

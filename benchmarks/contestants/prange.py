@@ -30,6 +30,17 @@ def plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, u1x, u1y, u2x, u2y):
 
 
 @numba.njit(**OPTIONS)
+def rows(m1, m2, v1, v2, n, u1, u2):
+    for k in numba.prange(m1.size):
+        dx, dy = n[k, 0], n[k, 1]
+        ax, ay, bx, by = v1[k, 0], v1[k, 1], v2[k, 0], v2[k, 1]
+        q = 2.0 * ((ax - bx) * dx + (ay - by) * dy) / ((m1[k] + m2[k]) * (dx * dx + dy * dy))
+        j1, j2 = m2[k] * q, m1[k] * q
+        u1[k, 0], u1[k, 1] = ax - j1 * dx, ay - j1 * dy
+        u2[k, 0], u2[k, 1] = bx + j2 * dx, by + j2 * dy
+
+
+@numba.njit(**OPTIONS)
 def polar(m1, m2, v1, theta1, v2, theta2, phi, u1x, u1y, u2x, u2y):
     for k in numba.prange(m1.size):
         c, s = np.cos(phi[k]), np.sin(phi[k])

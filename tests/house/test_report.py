@@ -50,6 +50,14 @@ def data(report):
         {"extra_info": {"file": "9 pairs, Parquet", "rate": 5.25, "copies": 1.75}},
         {"extra_info": {"cluster": "one call", "as fast as the reference": 0.25}},
     ]
+    others += [
+        {
+            "extra_info": {"way": "rows", "n": n, "by": by, "as fast as the reference": 1 / ratio},
+            "stats": {"median": 4e-6 * n * ratio},
+        }
+        for n in (1, 1000)
+        for by, ratio in (("collide", 1.0), ("prange", 0.5), ("NumPy", 3.25))
+    ]
     machine = {
         "collide threads": 2,
         "numpy": "2.4",
@@ -126,6 +134,8 @@ def test_the_section(report, data):
     assert "in place 1.50 / 1.50 / 1.50" in text
     assert "on a line 6.0 us, NumPy's expression 3.0" in text
     assert "Where it loses: 1 pair on a line: NumPy 0.50." in text
+    assert "| | 1 pair | 1,000 pairs |" in text
+    assert "| rows | 4.00 us: 0.50, 3.25 | 4.00 ms: 0.50, 3.25 |" in text
     assert "2026-01-02" in text
     assert max(map(len, text.splitlines())) <= 120
 
