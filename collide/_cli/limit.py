@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from .._compile.arrays import is_plain, lead, rows_of
 from .._compile.components import each
-from .._compile.memory import is_plain, lead, load, rows_of, store, width_of
+from .._compile.memory import load, store, width_of
 from .._compile.options import formula
 from .._pairs.forms import FORMS, Form, batch_kernels
 from .._pairs.loop import STREAM_BYTES

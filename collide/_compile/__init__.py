@@ -6,6 +6,7 @@ cache.py          compiled kernels on disk
 lanes.py          the type of several numbers that move together, and what looks across them
 elementwise.py    what formulas use beyond operators
 components.py     what is done to each component of vectors
+arrays.py         what a kernel asks of its arrays: how they lie, and whether they overlap
 memory.py         lanes in and out of memory, however columns lie
 kept_memory.py    memory for large results: what dies is kept for the next
 gather.py         what the search for contacts loads and stores

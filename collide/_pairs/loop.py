@@ -7,10 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._compile.arrays import is_plain, lead, overlap, rows_of
 from .._compile.components import each
 from .._compile.elementwise import select
 from .._compile.lanes import any_lane, count, doubt, fill, first, get, leading, out_of_line
-from .._compile.memory import is_plain, lead, load, overlap, rows_of, store, width_of
+from .._compile.memory import load, store, width_of
 from .._compile.options import formula, rare
 
 # Outputs of this many bytes each and more will have left the caches before anybody reads them: they stream past.

@@ -34,7 +34,7 @@ def address(array: Array) -> int:
 
 
 def clash(columns: Sequence[Array], outputs: Sequence[Array]) -> bool:
-    """Whether a kernel might refuse these outputs: what `overlap` in _compile/memory.py asks, of any dimensions."""
+    """Whether a kernel might refuse these outputs: what `overlap` in _compile/arrays.py asks, of any dimensions."""
     return any(_meet(a, u) for i, u in enumerate(outputs) for a in (*columns, *outputs[:i]))
 
 

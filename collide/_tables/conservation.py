@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 from numba import types
 
+from .._compile.arrays import is_plain
 from .._compile.components import each, halves
 from .._compile.elementwise import select
 from .._compile.kernel import Kernel, spread
 from .._compile.lanes import count, fill, get, leading
-from .._compile.memory import is_plain, load
+from .._compile.memory import load
 from .._compile.options import formula
 from .._formulas.exact import two_product, two_sum
 from .._pairs.arguments import as_array

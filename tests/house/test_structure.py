@@ -19,7 +19,7 @@ ORDER = """
     _compile.options
     _compile.kernel
     _compile.lanes
-    _compile.components  _compile.elementwise  _compile.memory  _compile.kept_memory
+    _compile.arrays  _compile.components  _compile.elementwise  _compile.memory  _compile.kept_memory
     _compile.gather
     _formulas.exact
     _formulas.sincos  _formulas.impact

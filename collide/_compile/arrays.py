@@ -1,0 +1,142 @@
+"""What a kernel asks of its arrays before it begins: what they are, and how they lie, alone and to each other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+
+from .._system.memory import CACHE_LINE
+from .lanes import I64, out_of_line
+from .options import formula, intrinsic, rare
+
+
+@intrinsic
+def address(typingctx: Any, array: Any) -> Any:
+    """Of the first element, as a signed integer: with one that has no sign Numba would compute in float64."""
+
+    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+        return b.ptrtoint(context.make_array(array)(context, b, args[0]).data, I64)
+
+    return types.int64(array), codegen
+
+
+@intrinsic
+def _is_like(typingctx: Any, array: Any, ours: Any) -> Any:
+    """Whether an array of the caller's is of the class and the byte order of one of ours.
+
+    Numba does not tell: it takes a read-only byte-swapped array for a native one, and a subclass for its base. To ask
+    it here, of the objects as every C extension of NumPy's sees them, takes a nanosecond; Python needs 0.05 us an
+    array, a sixth of a call of one pair in all (test_kernels_know_their_arrays).
+    """
+    header = object.__basicsize__
+    descriptor = header + 5 * 8  # data, nd, dimensions, strides and base come first
+    byte_order = header + 8 + 2  # the class of the numbers, kind and type come first
+
+    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+        def look(place: Any, offset: int, kind: Any) -> Any:
+            return b.load(b.inttoptr(b.add(place, ir.Constant(I64, offset)), kind.as_pointer()))
+
+        seen = []
+        for kind, array in zip(sig.args, args, strict=True):
+            parent = b.ptrtoint(context.make_array(kind)(context, b, array).parent, I64)
+            dtype = look(parent, descriptor, I64)
+            seen.append((look(parent, header - 8, I64), look(dtype, byte_order, ir.IntType(8))))
+        (kind, order), (our_kind, our_order) = seen
+        return b.and_(b.icmp_signed("==", kind, our_kind), b.icmp_signed("==", order, our_order))
+
+    return types.boolean(array, ours), codegen
+
+
+@rare
+def overlap(columns: Any, outputs: Any, scalars: Any, n_numbers: int) -> int:
+    """How the outputs lie to the columns and to each other: 0 apart, 1 some in place; -1 in any other way.
+
+    -1 as well where they are not of one length, but for so many empty columns, which stand for numbers, and where one
+    is not what Numba takes it for.
+    """
+    out_of_line()
+    for a in columns:
+        n_numbers -= a.size == 0
+        if not _is_like(a, scalars):
+            return -1
+    if n_numbers != 0:
+        return -1
+    n, relation = outputs[0].size, 0
+    for i in range(len(outputs)):
+        u = outputs[i]
+        if not _is_like(u, scalars) or u.size != n or (n > 1 and abs(u.strides[0]) < u.itemsize):
+            return -1
+        for a in columns:
+            if a.size != 0:
+                met = -1 if a.size != n else _meet(a, u)
+                if met < 0:
+                    return -1
+                relation |= met
+        for k in range(i):
+            if _meet(outputs[k], u) != 0:
+                return -1
+    return relation
+
+
+@formula
+def _meet(a: Any, u: Any) -> int:
+    """Of two arrays of one length: 0 they share no element, 1 each of a is that of u with its number, -1 otherwise."""
+    n, step, start, place = u.size, u.strides[0], address(a), address(u)
+    reach, extent = (n - 1) * a.strides[0], (n - 1) * step
+    low, lowest = start + min(reach, 0), place + min(extent, 0)
+    if low >= lowest + abs(extent) + u.itemsize or lowest >= low + abs(reach) + a.itemsize:
+        return 0
+    if start == place and reach == extent and a.itemsize == u.itemsize:
+        return 1
+    if reach == extent:
+        between = (place - start) % abs(step)  # as columns of rows
+        if between >= a.itemsize and between + u.itemsize <= abs(step):
+            return 0
+    return -1
+
+
+@rare
+def is_plain(columns: Any) -> bool:
+    """Whether all columns are arrays without gaps; only the last may be a number."""
+    out_of_line()
+    others = 0
+    for c in columns:
+        others += c.size == 0 or c.strides[0] != c.itemsize
+    last = columns[-1]
+    return others == 0 or (others == 1 and last.size == 0)
+
+
+@rare
+def rows_of(outputs: Any) -> int:
+    """How the outputs lie: 0 all without gaps; else bit 0, and bit c+1 where number c and the next are rows of two."""
+    out_of_line()
+    rows, c, item = 0, 0, outputs[0].itemsize
+    while c < len(outputs):
+        u, w = outputs[c], outputs[min(c + 1, len(outputs) - 1)]
+        if u.strides[0] != item:
+            rows |= 1
+            if u.strides[0] == 2 * item and w.strides[0] == 2 * item and address(w) == address(u) + item:
+                rows |= 2 << c
+                c += 1
+        c += 1
+    return rows
+
+
+@rare
+def lead(outputs: Any, start: int, rows: int) -> int:
+    """Pairs from `start` to where a cache line begins in all outputs; -1 where they do not agree on it."""
+    out_of_line()
+    item, head = outputs[0].itemsize, 0
+    for c in range(len(outputs)):
+        if c > 0 and (rows >> c) & 1:
+            continue  # it lies in the lines of the one before
+        step = outputs[c].strides[0]
+        own, place = 0, address(outputs[c]) + start * step
+        while own * item < CACHE_LINE and (place + own * step) % CACHE_LINE != 0:
+            own += 1
+        if own * item == CACHE_LINE or (c > 0 and own != head) or (step != item and not (rows >> (c + 1)) & 1):
+            return -1
+        head = own
+    return head
