@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 
 from .._typing import Array
 from . import stream
-from .arrow_batches import no_rows, to_numpy
+from .arrow_batches import from_numpy, no_rows, to_numpy
 from .by_name import Columns, TableError
 from .stream import Block, Source, Write, check_size, size
 
@@ -95,7 +95,7 @@ def write_joined(writer: Any, schema: Any, block: Block, results: Sequence[Array
     """The batch with its results, under the schema of both."""
     try:
         columns = [_compact(column) for column in block.rest.columns]
-        writer.write_batch(pa.RecordBatch.from_arrays([*columns, *map(pa.array, results)], schema=schema))
+        writer.write_batch(pa.RecordBatch.from_arrays([*columns, *map(from_numpy, results)], schema=schema))
     except pa.ArrowException as error:  # damage that shows only here
         raise TableError(f"row {block.start}: cannot be read, or not be written ({why(error)})") from None
 

@@ -10,6 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from collide._tables import arrow_files, by_name, ipc_files
+from tests.helpers import process
 from tests.helpers.tables import (
     FOREIGN,
     LINE,
@@ -60,6 +61,15 @@ def test_long_rows_make_short_blocks(dictionary, tmp_path):
         opened = kind(source)
         opened.select(by_name.choose(table.column_names, None, None, by_name.options(None, False, "raise")))
         assert next(block.n_rows for block in opened.blocks() if block.start >= 2 * N) <= 8
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".arrow", ".arrows"])
+def test_nothing_imports_pandas(suffix, tmp_path):
+    """Much of pyarrow does where it is installed; a small file would wait for it longer than for all else but Numba."""
+    source = write(tmp_path / f"a{suffix}", {**LINE, "m2": LINE["m1"] > 1.0})
+    code = "import sys; from collide.__main__ import main; print(main(sys.argv[1:]), 'pandas' in sys.modules)"
+    said = process.printed_by(code, "resolve", source, "-o", tmp_path / f"b{suffix}", "--quiet")
+    assert said == "0 False\n"
 
 
 # Data at fault
