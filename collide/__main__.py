@@ -25,7 +25,7 @@ with interruptible():
 # By the modules and the names of classes: pyarrow is imported where it is needed.
 _SUFFIXES = {
     ".npz": "numpy_files.Archive",
-    ".parquet": "arrow_files.Parquet",
+    ".parquet": "parquet_files.Parquet",
     ".arrow": "ipc_files.Ipc",
     ".arrows": "ipc_files.IpcStream",
     ".feather": "ipc_files.Ipc",
