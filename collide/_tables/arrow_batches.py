@@ -34,10 +34,7 @@ def to_numpy(batch: Any, columns: by_name.Columns, start: int) -> dict[str, Arra
             raise TableError(
                 f"column {name}: row {row}: is null ({by_name.counted(column.null_count, 'null')} from here on)"
             )
-        if pa.types.is_boolean(kind):
-            arrays[argument] = np.from_dlpack(column.cast(pa.uint8())).view(bool)
-        else:
-            arrays[argument] = np.from_dlpack(column)
+        arrays[argument] = np.from_dlpack(column.cast(pa.uint8()) if pa.types.is_boolean(kind) else column)
     return arrays
 
 
