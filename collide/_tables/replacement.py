@@ -12,7 +12,7 @@ from pathlib import Path
 
 from .._system import renaming
 
-_PAUSE = 0.1  # seconds between two looks at what is to be written to the disk
+_PAUSE = 0.05  # seconds between two looks at what is to be written to the disk
 
 
 @contextlib.contextmanager
