@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import disk
 import make_pairs
 import numba
 import numpy as np
+import pyarrow.parquet as pq
 from cases import disks, make_case
-from contestants import SEARCHES, by_hand, dask, entered, itself, plain_copy
+from contestants import SEARCHES, TABLES, by_hand, dask, entered, itself
 from rounds import Timed, after, calls_a_round
 
 import collide
@@ -78,20 +80,32 @@ def gas_step(position: Any, v: Any, side: float, space: Any) -> Duel:
     )
 
 
-def table(source: Path, cold: bool) -> Duel:
-    """`collide resolve`, and a plain copy of as many bytes, both to the disk; cold after the input was forgotten."""
+def table(rival: str, source: Path, cold: bool) -> Duel:
+    """`collide resolve`, and a rival's table, both to the disk; cold after the input was forgotten."""
     target = source.with_name(f"after{source.suffix}")
-    command = itself.command()
+    command, other = itself.command(), entered(rival, TABLES[rival], source, target)
 
     def ready() -> None:
-        plain_copy.remove(target)
+        disk.remove(target)
         if cold:
-            plain_copy.forget(source)
+            disk.forget(source)
 
     def resolve() -> None:
         assert command(["resolve", str(source), "-o", str(target), "--quiet"]) == 0
 
-    return after(ready, resolve), after(ready, lambda: plain_copy.copy(source, target)), 1
+    def contestant() -> None:
+        other()
+        disk.sync(target)
+
+    if source.suffix:
+        found = []
+        for call in (resolve, contestant):
+            ready()
+            call()
+            found.append(next(pq.ParquetFile(target).iter_batches(1 << 17)))
+        for name in (*make_pairs.NAMES, *make_pairs.RESULTS):
+            np.testing.assert_allclose(found[1][name], found[0][name], rtol=1e-6, atol=1e-6)
+    return after(ready, resolve), after(ready, contestant), 1
 
 
 def cluster(two: Any, rival: Any, folder: Path) -> Duel:
@@ -105,7 +119,7 @@ def cluster(two: Any, rival: Any, folder: Path) -> Duel:
 
     expected = collide.resolve_2d(*(np.load(folder / f"{name}.npy") for name in make_pairs.NAMES))
     for call in (contestant, reference):
-        for name in dask.RESULTS:
+        for name in make_pairs.RESULTS:
             np.load(folder / f"{name}.npy", mmap_mode="r+")[:] = 0.0
         call()
         for name, u in expected._asdict().items():

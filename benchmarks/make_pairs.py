@@ -16,6 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 NAMES = ("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny")
+RESULTS = ("u1x", "u1y", "u2x", "u2y")
 ROWS = 1 << 20  # of a row group, pyarrow's usual number
 
 

@@ -167,19 +167,16 @@ def simulation(data: dict[str, Any]) -> list[str]:
 def files(data: dict[str, Any]) -> list[str]:
     """What the benchmarks of files and of a cluster found."""
     infos = [b["extra_info"] for b in data["benchmarks"]]
-    copied = "; ".join(
-        f"{i['file']}: {number(i['rate'])} million pairs a second, {number(i['copies'])} times as fast"
-        for i in infos
-        if "file" in i
-    )
+    rates: dict[str, list[str]] = {}
+    for i in infos:
+        if "file" in i:
+            sentence = rates.setdefault(i["file"], [f"{number(i['rate'])} million pairs a second"])
+            sentence.append(f"{number(i['as fast as the reference'])} times as fast as {i['rival']}")
+    resolved = "; ".join(f"{file}: {', '.join(sentence)}" for file, sentence in rates.items())
     shared = "; ".join(
         f"{number(i['as fast as the reference'])} times the rate of {i['cluster']}" for i in infos if "cluster" in i
     )
-    lines = (
-        wrapped(f"`collide resolve`, beside a plain copy of as many bytes, both synced to disk: {copied}.")
-        if copied
-        else []
-    )
+    lines = wrapped(f"`collide resolve`, all synced to disk: {resolved}.") if resolved else []
     lines += wrapped(f"Dask, from disk to disk on 2 processes of 1 thread: {shared}.") if shared else []
     return [*lines, ""] if lines else []
 

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import pyarrow as pa
 
 from ._tables import by_name
-from ._tables.arrow_batches import no_rows, to_numpy
+from ._tables.arrow_batches import from_numpy, no_rows, to_numpy
 from .errors import InvalidPairError
 
 __all__ = ["resolve"]
@@ -60,7 +60,7 @@ def resolve(
         arrays = to_numpy(batch, chosen, start)
         _, outputs, error = by_name.results_of(chosen, arrays, options)
         for pieces, u in zip(results, outputs, strict=True):
-            pieces.append(pa.array(u))
+            pieces.append(from_numpy(u))
         if error:
             errors.append(InvalidPairError((start + error.index[0],), error.count, error.reason))
         start += batch.num_rows

@@ -1,6 +1,7 @@
 """What one would use, a file each, on the same arrays: from a case it makes a call, which then is timed.
 
-What a contestant can do bears the same name in each file: `batch` resolves pairs, `search` finds contacts. One that is
+What a contestant can do bears the same name in each file: `batch` resolves pairs, `search` finds contacts, `table`
+resolves the pairs of a file into another. One that is
 not installed, or has no such case, says so by `MissingError`. All of them write to the arrays that they are given,
 except NumPy and JAX.
 """
@@ -15,12 +16,15 @@ from cases import Call, Case
 
 from . import (
     c,
+    duckdb,
     itself,
     jax,
     matscipy,
     memory_limit,
     numexpr,
     numpy_expression,
+    plain_copy,
+    polars,
     prange,
     prange_same_formula,
     pymunk,
@@ -45,6 +49,12 @@ BATCHES: dict[str, Callable[[Case], Call]] = {
 SEARCHES: dict[str, Callable[..., Any]] = {
     "SciPy's cKDTree.query_pairs": scipy.search,
     "matscipy's neighbour_list": matscipy.search,
+}
+# A folder has a rival of its own, as those that are asked for an expression read none.
+TABLES: dict[str, Callable[..., Any]] = {
+    "Polars": polars.table,
+    "DuckDB": duckdb.table,
+    "a plain copy": plain_copy.table,
 }
 
 

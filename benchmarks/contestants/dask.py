@@ -13,7 +13,6 @@ import numpy as np
 import collide
 
 CHUNK = 1_000_000
-RESULTS = ("u1x", "u1y", "u2x", "u2y")
 
 
 class Column:
@@ -33,7 +32,7 @@ class Column:
 
 def make_store(n: int, folder: Path) -> None:
     make_pairs.main(n, folder)
-    for name in RESULTS:
+    for name in make_pairs.RESULTS:
         np.lib.format.open_memmap(folder / f"{name}.npy", "w+", float, (n,))
 
 
@@ -56,12 +55,12 @@ def on_cluster(client: Any, folder: Path) -> None:
         return da.from_array(Column(folder / f"{name}.npy"), CHUNK, inline_array=True, meta=np.empty(0))
 
     u = collide.dask.resolve_2d(*map(read, make_pairs.NAMES))
-    targets = [Column(folder / f"{name}.npy") for name in RESULTS]
+    targets = [Column(folder / f"{name}.npy") for name in make_pairs.RESULTS]
     client.compute(da.store(list(u), targets, lock=False, compute=False), sync=True)
 
 
 def in_one_call(folder: Path) -> None:
     """All of it by one call of collide's, from map to map."""
     columns = [np.load(folder / f"{name}.npy", mmap_mode="r") for name in make_pairs.NAMES]
-    out = tuple(np.asarray(np.load(folder / f"{name}.npy", mmap_mode="r+")) for name in RESULTS)
+    out = tuple(np.asarray(np.load(folder / f"{name}.npy", mmap_mode="r+")) for name in make_pairs.RESULTS)
     collide.resolve_2d(*map(np.asarray, columns), out=out)

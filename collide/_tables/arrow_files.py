@@ -1,26 +1,22 @@
-"""Tables in the formats of pyarrow, of any size: what they have in common, and Parquet."""
+"""Tables in the formats of pyarrow, of any size: what they have in common."""
 
 from __future__ import annotations
 
 import contextlib
-import functools
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from .._typing import Array
-from . import stream
-from .arrow_batches import no_rows, to_numpy
+from .arrow_batches import from_numpy, no_rows, to_numpy
 from .by_name import Columns, TableError
-from .stream import Block, Source, Write, check_size, size
+from .stream import Block, Source, check_size, size
 
 UNREADABLE = (pa.ArrowException, OSError, EOFError, UnicodeError)
 BLOCK_BYTES = 1 << 24  # where rows are long, a block has fewer of them
-_FIRST = 1 << 10  # rows, from which the size of all is told
 
 
 class ArrowFile(Source):
@@ -91,13 +87,19 @@ def opened(path: Path, mode: str) -> Any:
     return pa.OSFile(os.fsencode(path), mode)
 
 
-def write_joined(writer: Any, schema: Any, block: Block, results: Sequence[Array]) -> None:
+def joined(schema: Any, block: Block, results: Sequence[Array]) -> Any:
     """The batch with its results, under the schema of both."""
+    columns = [_compact(column) for column in block.rest.columns]
+    return pa.RecordBatch.from_arrays([*columns, *map(from_numpy, results)], schema=schema)
+
+
+@contextlib.contextmanager
+def written(start: int) -> Iterator[None]:
+    """Where rows from this one on are written, and damage shows that reading has not seen."""
     try:
-        columns = [_compact(column) for column in block.rest.columns]
-        writer.write_batch(pa.RecordBatch.from_arrays([*columns, *map(pa.array, results)], schema=schema))
-    except pa.ArrowException as error:  # damage that shows only here
-        raise TableError(f"row {block.start}: cannot be read, or not be written ({why(error)})") from None
+        yield
+    except pa.ArrowException as error:
+        raise TableError(f"row {start}: cannot be read, or not be written ({why(error)})") from None
 
 
 def _compact(column: Any) -> Any:
@@ -114,60 +116,3 @@ def extended(schema: Any, outputs: dict[str, Array]) -> Any:
     for name, u in outputs.items():
         schema = schema.append(pa.field(name, pa.from_numpy_dtype(u.dtype)))
     return schema
-
-
-class Parquet(ArrowFile):
-    """The output is compressed and encoded as the input is. Each block is a row group."""
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
-        try:
-            self._metadata = pq.read_metadata(self._file)
-            # Buffered, or a column of a whole row group would be read at once, and be in memory as it lies in the file.
-            each = max(1 << 14, BLOCK_BYTES // max(1, self._metadata.num_columns))
-            self._table = pq.ParquetFile(self._file, metadata=self._metadata, buffer_size=each, pre_buffer=False)
-            self.schema = self._table.schema_arrow
-            self.names, self.n_rows = list(self.schema.names), self._metadata.num_rows
-        except UNREADABLE as error:
-            raise TableError(f"cannot be read as Parquet ({why(error)})") from None
-
-    def _batches(self) -> Iterator[Any]:
-        n_read = 0
-        for g in range(self._metadata.num_row_groups):
-            for batch in self._table.iter_batches(self._n_rows_of(g), row_groups=[g]):
-                n_read += batch.num_rows
-                yield batch
-        if n_read < self._metadata.num_rows:  # of which pyarrow says nothing
-            raise EOFError(f"there are {n_read:,} rows, not {self._metadata.num_rows:,}")
-
-    def _n_rows_of(self, g: int) -> int:
-        """Of a block of this row group, by its first rows as they are in memory, and by all of it as it is stored."""
-        group = self._metadata.row_group(g)
-        first = next(self._table.iter_batches(_FIRST, row_groups=[g]), None)
-        if first is None:
-            return stream.ROWS
-        longest = max(first.get_total_buffer_size() / first.num_rows, group.total_byte_size / group.num_rows)
-        return max(1, min(stream.ROWS, int(BLOCK_BYTES / longest)))
-
-    def _column(self, name: str) -> Iterator[Any]:
-        for g in range(self._metadata.num_row_groups):
-            yield from self._table.iter_batches(_FIRST, row_groups=[g], columns=[name])
-
-    @contextlib.contextmanager
-    def sink(self, path: Path, outputs: dict[str, Array]) -> Iterator[Write]:
-        schema = extended(self.schema, outputs)
-        with opened(path, "wb") as file, pq.ParquetWriter(file, schema, **self._as_here(outputs)) as writer:
-            yield functools.partial(write_joined, writer, schema)
-
-    def _as_here(self, outputs: dict[str, Array]) -> dict[str, Any]:
-        if not self._metadata.num_row_groups:
-            return {}
-        group = self._metadata.row_group(0)
-        columns = [group.column(c) for c in range(group.num_columns)]
-        codecs = {c.path_in_schema: c.compression.replace("UNCOMPRESSED", "NONE") for c in columns}
-        usual = codecs[self._columns.inputs["m1"]]
-        return {
-            "compression": {**codecs, **dict.fromkeys(outputs, usual)},
-            "use_compliant_nested_type": False,  # nor are the parts of nested columns renamed
-            "use_dictionary": [c.path_in_schema for c in columns if any("DICTIONARY" in e for e in c.encodings)],
-        }

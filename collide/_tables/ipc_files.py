@@ -7,8 +7,7 @@ truncates is ended (SIGBUS), with no word of what was wrong.
 from __future__ import annotations
 
 import contextlib
-import functools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +16,9 @@ import pyarrow.ipc
 
 from .._typing import Array
 from . import arrow_files, stream
-from .arrow_files import UNREADABLE, ArrowFile, extended, opened, why, write_joined
+from .arrow_files import UNREADABLE, ArrowFile, extended, joined, opened, why, written
 from .by_name import TableError
-from .stream import Write
+from .stream import Block, Write
 
 
 class Ipc(ArrowFile):
@@ -65,7 +64,12 @@ class Ipc(ArrowFile):
         # A file may not have several dictionaries, but what comes to the first.
         options = pa.ipc.IpcWriteOptions(emit_dictionary_deltas=True)
         with opened(path, "wb") as file, self._new_any(file, schema, options=options) as writer:
-            yield functools.partial(write_joined, writer, schema)
+
+            def write(block: Block, results: Sequence[Array]) -> None:
+                with written(block.start):
+                    writer.write_batch(joined(schema, block, results))
+
+            yield write
 
 
 class IpcStream(Ipc):

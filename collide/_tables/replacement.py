@@ -5,10 +5,14 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
+import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from .._system import renaming
+
+_PAUSE = 0.05  # seconds between two looks at what is to be written to the disk
 
 
 @contextlib.contextmanager
@@ -26,9 +30,8 @@ def output(path: Path, is_folder: bool, overwrite: bool) -> Iterator[Path]:
         os.close(handle)
         temporary = Path(name)
     try:
-        yield temporary
-        for written in (temporary, *temporary.iterdir()) if is_folder else (temporary,):
-            renaming.sync(written)
+        with _synced(temporary):
+            yield temporary
         mask = os.umask(0)
         os.umask(mask)
         temporary.chmod(path.stat().st_mode & 0o777 if path.exists() else (0o777 if is_folder else 0o666) & ~mask)
@@ -43,6 +46,29 @@ def output(path: Path, is_folder: bool, overwrite: bool) -> Iterator[Path]:
             _remove(temporary)
         else:
             temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _synced(path: Path) -> Iterator[None]:
+    """On the disk at the end, for the most part before: it is written there while more comes."""
+    ended = threading.Event()
+
+    def sync() -> None:
+        for written in (path, *path.iterdir()) if path.is_dir() else (path,):
+            renaming.sync(written)
+
+    def sync_now_and_then() -> None:
+        while not ended.wait(_PAUSE):
+            sync()
+
+    with ThreadPoolExecutor(1) as pool:
+        try:
+            syncing = pool.submit(sync_now_and_then)
+            yield
+        finally:
+            ended.set()
+        syncing.result()  # an error of the disk, which it tells only once
+        sync()
 
 
 def columns_only(path: Path) -> bool:

@@ -7,7 +7,7 @@ import os
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -21,7 +21,7 @@ from .replacement import output
 
 Item = TypeVar("Item")
 
-# Of a block: enough for a row group of Parquet, and few enough to be in a cache from one step to the next.
+# Of a block: enough for a page of Parquet, and few enough to be in a cache from one step to the next.
 ROWS = 1 << 17
 
 
@@ -112,6 +112,21 @@ def ahead(items: Iterable[Item], depth: int = 2) -> Generator[Item, None, None]:
         while (item := coming.popleft().result()) is not end:
             coming.append(pool.submit(next, iterator, end))
             yield item  # type: ignore[misc]  # it is not the end
+
+
+@contextlib.contextmanager
+def behind(call: Callable[..., object]) -> Iterator[Callable[..., None]]:
+    """The same call, made in a thread of its own while its caller goes on. The next one, and the end, wait for it."""
+    with ThreadPoolExecutor(1) as pool:
+        last: Future[object] = pool.submit(lambda: None)
+
+        def again(*arguments: Any) -> None:
+            nonlocal last
+            last.result()
+            last = pool.submit(call, *arguments)
+
+        yield again
+        last.result()
 
 
 def size(handle: int) -> int:

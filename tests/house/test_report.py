@@ -47,7 +47,8 @@ def data(report):
     others = [
         {"extra_info": {"resolve": "cell order", "rate": 51.2, "as fast as the reference": 1.0}},
         {"extra_info": {"step": "a gas", "rival": "an engine", "as fast as the reference": 0.125}},
-        {"extra_info": {"file": "9 pairs, Parquet", "rate": 5.25, "copies": 1.75}},
+        {"extra_info": {"file": "9 pairs", "rate": 5.25, "rival": "a frame", "as fast as the reference": 1.75}},
+        {"extra_info": {"file": "9 pairs", "rate": 5.0, "rival": "a base", "as fast as the reference": 2.5}},
         {"extra_info": {"cluster": "one call", "as fast as the reference": 0.25}},
     ]
     others += [
@@ -118,9 +119,9 @@ def test_a_ball_state_is_reported_as_far_as_it_was_measured(report, data):
 
 def test_files_are_reported_as_far_as_they_were_measured(report, data):
     assert report.files(data) == [
-        "`collide resolve`, beside a plain copy of as many bytes, both synced to disk: 9 pairs, Parquet: 5.25 million "
-        "pairs a",
-        "second, 1.75 times as fast.",
+        "`collide resolve`, all synced to disk: 9 pairs: 5.25 million pairs a second, 1.75 times as fast as a frame, "
+        "2.50 times",
+        "as fast as a base.",
         "Dask, from disk to disk on 2 processes of 1 thread: 0.25 times the rate of one call.",
         "",
     ]

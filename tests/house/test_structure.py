@@ -34,7 +34,7 @@ ORDER = """
     _contacts.search  _contacts.in_order  _tables.conservation  _tables.by_name  _pairs.vectors
     batch  contacts  _tables.stream  _tables.arrow_batches
     arrow  _tables.numpy_files  _tables.arrow_files  dask
-    _tables.ipc_files  _tables.csv_files
+    _tables.parquet_files  _tables.ipc_files  _tables.csv_files
     __init__
     _cli.demo
     __main__

@@ -9,7 +9,8 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 import pytest
 
-from collide._tables import arrow_files, by_name, ipc_files
+from collide._tables import by_name, ipc_files, parquet_files
+from tests.helpers import process
 from tests.helpers.tables import (
     FOREIGN,
     LINE,
@@ -35,31 +36,26 @@ def test_foreign_columns_and_metadata_pass_through_arrow_unchanged(suffix, tmp_p
     after.validate(full=True)
 
 
-def test_parquet_keeps_compression_and_encodings(tmp_path):
-    table = pa.table({**LINE, "name": FOREIGN["name"], "tags": FOREIGN["tags"]})
-    codecs = {"m1": "zstd", "m2": "snappy", "v1": "none", "v2": "gzip", "name": "lz4", "tags.list.element": "zstd"}
-    write(tmp_path / "a.parquet", table, compression=codecs, use_dictionary=["name"])
-    assert resolve(tmp_path / "a.parquet", tmp_path / "b.parquet") == 0
-    before, after = (pq.ParquetFile(tmp_path / f"{name}.parquet").metadata.row_group(0) for name in "ab")
-    for c in range(before.num_columns):
-        assert before.column(c).compression == after.column(c).compression
-        assert ("PLAIN" in before.column(c).encodings) == ("PLAIN" in after.column(c).encodings)
-        assert before.column(c).has_dictionary_page == after.column(c).has_dictionary_page
-    assert after.column(before.num_columns).compression == "ZSTD"  # as m1
-    assert not after.column(before.num_columns).has_dictionary_page
-
-
 @pytest.mark.parametrize("dictionary", [True, False])
 def test_long_rows_make_short_blocks(dictionary, tmp_path):
     """Also where they are stored once for all, and where those before them are short."""
     table = pa.table({**LINE, "long": pa.array(["x" * 5000] * N)})
     short = pa.table({**LINE, "long": pa.array([""] * N)})
-    for suffix, kind in ((".parquet", arrow_files.Parquet), (".arrow", ipc_files.Ipc)):
+    for suffix, kind in ((".parquet", parquet_files.Parquet), (".arrow", ipc_files.Ipc)):
         options = {"use_dictionary": dictionary, "row_group_size": N} if suffix == ".parquet" else {}
         source = write(tmp_path / f"a{suffix}", pa.concat_tables([short, short, table]), **options)
         opened = kind(source)
         opened.select(by_name.choose(table.column_names, None, None, by_name.options(None, False, "raise")))
         assert next(block.n_rows for block in opened.blocks() if block.start >= 2 * N) <= 8
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".arrow", ".arrows"])
+def test_nothing_imports_pandas(suffix, tmp_path):
+    """Much of pyarrow does where it is installed; a small file would wait for it longer than for all else but Numba."""
+    source = write(tmp_path / f"a{suffix}", {**LINE, "m2": LINE["m1"] > 1.0})
+    code = "import sys; from collide.__main__ import main; print(main(sys.argv[1:]), 'pandas' in sys.modules)"
+    said = process.printed_by(code, "resolve", source, "-o", tmp_path / f"b{suffix}", "--quiet")
+    assert said == "0 False\n"
 
 
 # Data at fault
@@ -181,23 +177,7 @@ def test_unions_and_damage_in_arrow(tmp_path, capsys):
         assert len(said.splitlines()) == status, said
 
 
-def test_nested_parts_keep_their_names_and_codecs(tmp_path):
-    table = pa.table({**LINE, "tags": FOREIGN["tags"].cast(pa.list_(pa.field("item", pa.int64())))})
-    options = {"use_compliant_nested_type": False, "compression": {"m1": "none", "tags.list.item": "zstd"}}
-    source = write(tmp_path / "a.parquet", table, **options)
-    assert resolve(source, tmp_path / "b.parquet") == 0
-    assert pq.read_schema(tmp_path / "b.parquet").field("tags").type.equals(table.schema.field("tags").type)
-    assert pq.ParquetFile(tmp_path / "b.parquet").metadata.row_group(0).column(4).compression == "ZSTD"
-
-
 def test_a_name_that_is_given_is_meant(tmp_path, capsys):
     source = write(tmp_path / "a.arrow", LINE)
     assert resolve(source, tmp_path / "b.arrow", "--columns", "v1x=v1") == 1
     assert "missing column" in capsys.readouterr().err
-
-
-def test_blocks_are_no_longer_than_row_groups(tmp_path):
-    source = write(tmp_path / "a.parquet", LINE, row_group_size=70)
-    assert resolve(source, tmp_path / "b.parquet") == 0
-    groups = pq.ParquetFile(tmp_path / "b.parquet").metadata
-    assert {groups.row_group(g).num_rows for g in range(groups.num_row_groups)} == {70, 20}

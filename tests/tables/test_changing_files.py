@@ -9,7 +9,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from collide._tables import arrow_files, numpy_files
+from collide._tables import arrow_files, numpy_files, parquet_files
 from tests.helpers import process
 from tests.helpers.tables import FEW, LINE, assert_refused, resolve, write
 
@@ -106,13 +106,13 @@ def test_rows_that_a_parquet_file_does_not_have(tmp_path, monkeypatch, capsys):
     """For pyarrow, what is not there is the end."""
     source, target = write(tmp_path / "a.parquet", LINE), tmp_path / "out" / "b.parquet"
     target.parent.mkdir()
-    select = arrow_files.Parquet.select
+    select = parquet_files.Parquet.select
 
     def selecting(self, columns):
         os.truncate(source, 0)
         return select(self, columns)
 
-    monkeypatch.setattr(arrow_files.Parquet, "select", selecting)
+    monkeypatch.setattr(parquet_files.Parquet, "select", selecting)
     monkeypatch.setattr(arrow_files, "check_size", lambda handle, n_bytes, where: None)
     assert resolve(source, target) == 1
     assert_refused(capsys, target, source, "row 0: cannot be read (there are 0 rows, not 1,000)")

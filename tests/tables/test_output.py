@@ -2,6 +2,7 @@
 
 import os
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from collide._system import renaming
-from collide._tables import replacement
+from collide._tables import replacement, stream
 from tests.helpers import process
 from tests.helpers.tables import (
     LINE,
@@ -167,7 +168,43 @@ def test_what_is_written_is_on_the_disk_before_it_has_its_name(paths, monkeypatc
     monkeypatch.setattr(os, "fsync", noting)
     write(paths[0], LINE)
     assert resolve(*paths) == 0
-    assert len(synced) == (1 + len(list(paths[1].iterdir())) if paths[1].is_dir() else 1)
+    assert len(set(synced)) == (1 + len(list(paths[1].iterdir())) if paths[1].is_dir() else 1)
+
+
+def test_much_of_it_is_on_the_disk_before_all_is_written(paths, monkeypatch):
+    """At the end there is little to wait for."""
+    done, fsync = threading.Event(), os.fsync
+
+    def telling(handle):
+        fsync(handle)
+        done.set()
+
+    def slow(*arguments):
+        assert done.wait(10.0)
+        return results_of(*arguments)
+
+    results_of = stream.by_name.results_of
+    write(paths[0], LINE)
+    monkeypatch.setattr(os, "fsync", telling)
+    monkeypatch.setattr(replacement, "_PAUSE", 0.001)
+    monkeypatch.setattr(stream.by_name, "results_of", lambda *a: (slow if a[1]["m1"].size else results_of)(*a))
+    assert resolve(*paths) == 0
+
+
+def test_an_error_of_the_disk_that_is_told_once(paths, monkeypatch, capsys):
+    """By the first fsync after it; for the next one, all is well."""
+    told = []
+
+    def telling(handle):
+        told.append(handle)
+        if len(told) == 1:
+            raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(os, "fsync", telling)
+    monkeypatch.setattr(replacement, "_PAUSE", 0.0)
+    write(paths[0], LINE)
+    assert resolve(*paths) == 1
+    assert_refused(capsys, paths[1], f"{paths[1]}: Input/output error")
 
 
 def test_a_replaced_output_keeps_its_rights(paths):
