@@ -53,7 +53,7 @@ def _step(columns: Any, outputs: Any, scalars: Any, k: int, n: int, plain: bool,
 
 
 def _limit(form: Form) -> Form:
-    return form._replace(kernels=batch_kernels(_move, f"{form.name}_bytes", len(form.columns), len(form.outputs)))
+    return form._replace(kernels=batch_kernels(f"{form.name}_bytes", len(form.columns), len(form.outputs), _move))
 
 
 LIMITS = {name: _limit(form) for name, form in FORMS.items()}

@@ -7,7 +7,7 @@ import atexit
 import contextlib
 import itertools
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numba
@@ -22,18 +22,21 @@ from .cache import DiskCache
 from .options import batch_loop, callback
 
 
-def spread(name: str, function: Callable[..., Any], *lengths: int) -> Callable[..., Any]:
-    """The function with an argument for each element of its tuples; lengths: how many each has, 0 for no tuple.
+def spread(name: str, function: Callable[..., Any], lengths: Sequence[int], *before: Any) -> Callable[..., Any]:
+    """function(*before, ...) with an argument for each element of its tuples; lengths: of each, 0 for no tuple.
 
     A kernel takes arrays one by one, as Numba knows their types at once. Of a tuple it asks Python for the type of
     every new mix of writable and read-only arrays, in the middle of a call (test_a_call_asks_python_for_no_types).
     The name becomes that of the machine code, where no two kernels may have the same, and Numba loads what is of a
-    module only (test_nothing_is_compiled_twice).
+    module only (test_nothing_is_compiled_twice). What comes before is written out here, as one more function around
+    the loop would be optimised as a whole once more, which takes a tenth of the time to compile.
     """
     names = [[f"_{i}_{k}" for k in range(max(length, 1))] for i, length in enumerate(lengths)]
     given = [f"({', '.join(group)},)" if length else group[0] for group, length in zip(names, lengths, strict=True)]
     scope: dict[str, Any] = {"function": function, "__name__": __name__}
-    exec(f"def _{name}({', '.join(itertools.chain(*names))}): return function({', '.join(given)})", scope)
+    scope.update({f"before_{k}": value for k, value in enumerate(before)})
+    called = ", ".join([*(f"before_{k}" for k in range(len(before))), *given])
+    exec(f"def _{name}({', '.join(itertools.chain(*names))}): return function({called})", scope)
     return scope[f"_{name}"]  # type: ignore[no-any-return]
 
 

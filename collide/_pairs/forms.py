@@ -90,9 +90,11 @@ def _obeys_rules_of_impact(step: Any, results: Any, outputs: Any) -> Any:
     return finite & (distance >= 0.0) & (distance < math.inf) & told
 
 
-def batch_kernels(body: Callable[..., Any], name: str, n_columns: int, n_outputs: int) -> dict[str, Kernel]:
-    """For each storage the kernel body(columns, outputs, scalars, n_numbers, start, stop, approaching, nan)."""
-    function, kernels = spread(name, body, n_columns, n_outputs, 0, 0, 0, 0, 0, 0), {}
+def batch_kernels(
+    name: str, n_columns: int, n_outputs: int, body: Callable[..., Any], *before: Any
+) -> dict[str, Kernel]:
+    """For each storage body(*before, columns, outputs, scalars, n_numbers, start, stop, approaching, nan)."""
+    function, kernels = spread(name, body, (n_columns, n_outputs, 0, 0, 0, 0, 0, 0), *before), {}
     for given, result in _STORAGES:
         column = types.Array(given, 1, "A", readonly=True)  # takes writable arrays as well
         output, scalars = types.Array(result, 1, "A"), types.Array(types.float64, 1, "C")
@@ -120,14 +122,9 @@ def _form(
     rule: Callable[..., Any] = obeys_rules,
     invalid: Mapping[str, bool] = _INVALID,
 ) -> Form:
-    @formula
-    def batch(
-        columns: Any, outputs: Any, scalars: Any, numbers: int, start: int, stop: int, approaching: bool, nan: bool
-    ) -> Any:
-        return loop(step, rule, columns, outputs, scalars, numbers, start, stop, (approaching, nan))
-
     names, results = tuple(columns.split()), tuple(outputs.split())
-    return Form(name, names, results, step, batch_kernels(batch, name, len(names), len(results)), invalid)
+    kernels = batch_kernels(name, len(names), len(results), loop, step, rule)
+    return Form(name, names, results, step, kernels, invalid)
 
 
 _PLANE, _VECTORS = "m1 m2 v1x v1y v2x v2y nx ny restitution", "u1x u1y u2x u2y"

@@ -43,14 +43,15 @@ def loop(
     n_numbers: int,
     start: int,
     stop: int,
-    flags: Any,
+    approaching: bool,
+    nan: bool,
 ) -> int:
     """Pairs start to stop of a batch. Returns how many of them are invalid.
 
     The values of the first of them join those in `scalars`, as in place the columns may not have them any more; behind
     them stands its number.
     """
-    approaching, _ = flags
+    flags = approaching, nan
     relation = overlap(columns, outputs, scalars, n_numbers)
     if relation < 0:
         return REFUSED

@@ -72,35 +72,32 @@ def _none(zero: Any) -> Any:
     return (zero, zero), (zero, zero), zero, zero
 
 
-def _changes(step_of: Any) -> Any:
-    @formula
-    def changes(columns: Any, outputs: Any, scalars: Any, sums: Any) -> int:
-        """The sums over all pairs that count, axis by axis and lane by lane; returns how many they are."""
-        plain, size = is_plain(columns), outputs[0].size
-        nothing = fill(load(outputs, scalars, 0, 0, True, outputs), 0.0)
-        zero = nothing[0]
-        totals = each(_none, halves(nothing)[0])
-        n_counted = 0
-        for k in range(0, size, _WIDTH):
-            n = min(_WIDTH, size - k)
-            values = load(columns, scalars, k, n, plain, outputs)
-            before, after = step_of(values).before, load(outputs, scalars, k, n, True, outputs)
-            m1, m2 = values[0], values[1]
-            counted = leading((_worth(m1, m2, before, after) < _MOST) & (m1 >= 0.0) & (m2 >= 0.0), n)
-            n_counted += count(counted)
-            m1, m2 = each(select, counted, (m1, m2), (zero, zero))
-            v1, v2 = halves(each(select, counted, before, nothing))
-            u1, u2 = halves(each(select, counted, after, nothing))
-            totals = each(_changed, totals, m1, m2, v1, v2, u1, u2)
-        for axis in range(len(totals)):
-            momentum, energy, size_of_momentum, size_of_energy = totals[axis]
-            kept = (*momentum, *energy, size_of_momentum, size_of_energy)
-            for s in range(len(kept)):
-                for lane in range(_WIDTH):
-                    sums[axis, s, lane] = get(kept[s], lane)
-        return n_counted
-
-    return changes
+@formula
+def _changes(step_of: Any, columns: Any, outputs: Any, scalars: Any, sums: Any) -> int:
+    """The sums over all pairs that count, axis by axis and lane by lane; returns how many they are."""
+    plain, size = is_plain(columns), outputs[0].size
+    nothing = fill(load(outputs, scalars, 0, 0, True, outputs), 0.0)
+    zero = nothing[0]
+    totals = each(_none, halves(nothing)[0])
+    n_counted = 0
+    for k in range(0, size, _WIDTH):
+        n = min(_WIDTH, size - k)
+        values = load(columns, scalars, k, n, plain, outputs)
+        before, after = step_of(values).before, load(outputs, scalars, k, n, True, outputs)
+        m1, m2 = values[0], values[1]
+        counted = leading((_worth(m1, m2, before, after) < _MOST) & (m1 >= 0.0) & (m2 >= 0.0), n)
+        n_counted += count(counted)
+        m1, m2 = each(select, counted, (m1, m2), (zero, zero))
+        v1, v2 = halves(each(select, counted, before, nothing))
+        u1, u2 = halves(each(select, counted, after, nothing))
+        totals = each(_changed, totals, m1, m2, v1, v2, u1, u2)
+    for axis in range(len(totals)):
+        momentum, energy, size_of_momentum, size_of_energy = totals[axis]
+        kept = (*momentum, *energy, size_of_momentum, size_of_energy)
+        for s in range(len(kept)):
+            for lane in range(_WIDTH):
+                sums[axis, s, lane] = get(kept[s], lane)
+    return n_counted
 
 
 def _kernel(form: Form) -> Kernel:
@@ -109,7 +106,7 @@ def _kernel(form: Form) -> Kernel:
     scalars, sums = types.Array(types.float64, 1, "C"), types.Array(types.float64, 3, "C")
     signature = types.int64(*[column] * (n_columns + n_outputs), scalars, sums)
     name = f"{form.name}_changes"
-    return Kernel(spread(name, _changes(form.step), n_columns, n_outputs, 0, 0), signature, name)
+    return Kernel(spread(name, _changes, (n_columns, n_outputs, 0, 0), form.step), signature, name)
 
 
 _KERNELS = {name: _kernel(form) for name, form in COLLISIONS.items()}
