@@ -250,7 +250,7 @@ right()
     assert done.stderr.splitlines()[-1] == "KeyboardInterrupt"
     # Python's status is that of SIGINT, unless code that Numba has executed since made it forget the interrupt.
     assert done.returncode in (1, -2)
-    assert [path.suffix for path in tmp_path.rglob("*.*")] == [".nbc"]  # what was begun has been finished, and kept
+    assert {path.suffix for path in tmp_path.rglob("*.*")} == {".nbc"}  # what was begun has been finished, and kept
 
 
 def test_a_call_asks_python_for_no_types():
