@@ -5,7 +5,9 @@ serves every mix. A step takes as many pairs as fill a cache line of the outputs
 whether arrays are aligned, so nothing is promised of them, but where a line is to stream.
 
 Columns that adjoin in rows of two, as the components of vectors do, are taken apart and put together by whole lines;
-those of other steps, of longer rows and of records, number by number.
+those of other steps, of longer rows and of records, number by number. To take lines of longer rows apart was no gain:
+columns of rows of three took 6 %, of rows of four 20 % longer, and those of two 6 % as well, by more code in the loop.
+Nor was it to gather a block of each column before the loop: from memory that took three times as long.
 """
 
 from __future__ import annotations
