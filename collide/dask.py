@@ -100,13 +100,13 @@ def resolve(
     rows = {name: _rows(name, value) for name, value in (("v1", v1), ("v2", v2), ("n", n))}
     inputs = m1, m2, *(c for row in rows.values() for c in row), restitution
     u = _lazily("2d", inputs, approaching_only, invalid)
-    return batch.Velocities(*(da.stack(ball, axis=-1) for ball in (u[:2], u[2:])))
+    return batch.Velocities(*(da.stack(ball, axis=-1).rechunk({ball[0].ndim: -1}) for ball in (u[:2], u[2:])))
 
 
 def _rows(name: str, value: Any) -> list[Any]:
     """The components of vectors along the last axis."""
-    array = value if dask.is_dask_collection(value) else arguments.as_array(name, value)
-    vectors.check_length(name, array.shape)
+    array = _array(name, value)
+    vectors.check_length(name, () if array is None else array.shape)
     return [array[..., k] for k in range(array.shape[-1])]
 
 

@@ -24,7 +24,7 @@ def address(typingctx: Any, array: Any) -> Any:
 
 @intrinsic
 def _is_like(typingctx: Any, array: Any, ours: Any) -> Any:
-    """Whether an array of the caller's is of the class and the byte order of one of ours.
+    """Whether an array of the caller's is of the class of one of ours, and of native byte order.
 
     Numba does not tell: it takes a read-only byte-swapped array for a native one, and a subclass for its base. To ask
     it here, of the objects as every C extension of NumPy's sees them, takes a nanosecond; Python needs 0.05 us an
@@ -43,8 +43,9 @@ def _is_like(typingctx: Any, array: Any, ours: Any) -> Any:
             parent = b.ptrtoint(context.make_array(kind)(context, b, array).parent, I64)
             dtype = look(parent, descriptor, I64)
             seen.append((look(parent, header - 8, I64), look(dtype, byte_order, ir.IntType(8))))
-        (kind, order), (our_kind, our_order) = seen
-        return b.and_(b.icmp_signed("==", kind, our_kind), b.icmp_signed("==", order, our_order))
+        (kind, order), (our_kind, _) = seen
+        swapped = ir.Constant(order.type, ord(">"))  # a native one may be "<" as well as "="
+        return b.and_(b.icmp_signed("==", kind, our_kind), b.icmp_signed("!=", order, swapped))
 
     return types.boolean(array, ours), codegen
 
@@ -137,7 +138,7 @@ def lead(outputs: Any, start: int, rows: int) -> int:
         own, place = 0, address(outputs[c]) + start * step
         while own * item < CACHE_LINE and (place + own * step) % CACHE_LINE != 0:
             own += 1
-        if own * item == CACHE_LINE or (c > 0 and own != head) or (step != item and not (rows >> (c + 1)) & 1):
+        if own * item == CACHE_LINE or (c > 0 and own != head):
             return -1
         head = own
     return head

@@ -4,11 +4,10 @@ The system gives memory page by page, each at its first touch, and for results t
 step this is one half to four fifths of the time. NumPy lets arrays be allocated by others (NEP 49): here are the
 functions that it is given, compiled, as it calls them whenever such an array dies, up to the interpreter's end. An
 array that they have made is like any other, and NumPy itself says when nobody can look at its memory any more, through
-whatever view or buffer (tests/pairs/test_fresh.py). Not by a subclass that notices its own end, under views of it: such
-arrays do not own their memory, and cannot be resized.
+whatever view or buffer (tests/pairs/test_fresh.py). An owner in Python under views of it would notice its own end as
+well; but arrays that are views cannot be resized.
 
 What is kept: the memory of the arrays that died last, SLOTS of them at most and so many bytes; the oldest goes first.
-All runs under the GIL, as NumPy allocates and frees under it.
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ import ctypes
 import math
 import operator
 import os
+import sys
 import time
 from typing import Any
 
@@ -36,6 +36,7 @@ LARGE = 1 << 17  # bytes: what is smaller comes from the heap, which keeps it it
 SLOTS = 16
 _PAGE = 4096  # arrays at the same place of a page share the sets of a cache
 _APART = 21 * memory.CACHE_LINE  # four arrays, and those of the caller at one place, are then far from each other
+_MOST = 1 << 60  # bytes of an array: sums of some sizes are no overflow
 _HEADER = 16  # bytes before an array: where its piece of memory begins, and the size of that
 # What the functions find at the address that NumPy hands them, as words of 64 bits: how many bytes may be kept, how
 # many are, the place in a page where the next array shall begin, a clock, and NumPy's own functions. Then of each piece
@@ -81,27 +82,38 @@ def _clear(typingctx: Any, target: Any, size: Any) -> Any:
 
 
 @formula
-def _let_go(state: Any, room: int) -> int:
-    """The oldest pieces go until so many bytes more may be kept; returns a slot that is free, or -1."""
-    while True:
-        free, oldest = -1, -1
-        for s in range(_FIRST, _END, 3):
-            if state[s] == 0:
-                free = s
-            elif oldest < 0 or state[s + 2] < state[oldest + 2]:
-                oldest = s
-        if oldest < 0 or (free >= 0 and state[_KEPT] + room <= state[_LIMIT]):
-            return free
-        _call(state[_RELEASE], 0, state[oldest], state[oldest + 1])
-        state[_KEPT] -= state[oldest + 1]
-        state[oldest] = 0
+def _oldest(state: Any) -> int:
+    """The slot of the piece that came first; -1 where nothing is kept."""
+    oldest = -1
+    for s in range(_FIRST, _END, 3):
+        if state[s] != 0 and (oldest < 0 or state[s + 2] < state[oldest + 2]):
+            oldest = s
+    return oldest
+
+
+@formula
+def _let_go(state: Any, slot: int) -> None:
+    _call(state[_RELEASE], 0, state[slot], state[slot + 1])
+    state[_KEPT] -= state[slot + 1]
+    state[slot] = 0
+
+
+def _trim(context: int, room: int) -> None:
+    """The oldest pieces go until so many bytes more may be kept."""
+    state = _words(context)
+    slot = _oldest(state)
+    while slot >= 0 and state[_KEPT] + room > state[_LIMIT]:
+        _let_go(state, slot)
+        slot = _oldest(state)
 
 
 def _malloc(context: int, size: int) -> int:
+    if size < 0 or size > _MOST:  # it has no sign where it comes from
+        return 0
     state, needed, chosen = _words(context), size + _HEADER + _PAGE, -1
     for s in range(_FIRST, _END, 3):
-        # Not one of more than twice the size, most of which would lie idle.
-        fits = state[s] != 0 and needed <= state[s + 1] <= 2 * needed
+        # Not one that is much larger: an array would hold memory that nothing counts.
+        fits = state[s] != 0 and needed <= state[s + 1] <= needed + needed // 8
         if fits and (chosen < 0 or state[s + 1] < state[chosen + 1]):
             chosen = s
     if chosen >= 0:
@@ -111,34 +123,42 @@ def _malloc(context: int, size: int) -> int:
     else:
         piece, size = _call(state[_ALLOCATE], 0, needed, 0), needed
         if piece == 0:
-            _let_go(state, state[_LIMIT])
+            _trim(context, _MOST)
             piece = _call(state[_ALLOCATE], 0, needed, 0)
             if piece == 0:
                 return 0
     array = piece + _HEADER
-    array += (state[_PLACE] - array) % _PAGE
+    # Aligned for whatever we make, though another call may have asked for another place meanwhile.
+    array = (array + (state[_PLACE] - array) % _PAGE) // 8 * 8
     header = _words(array - _HEADER)
     header[0], header[1] = piece, size
     return int(array)
 
 
 def _free(context: int, array: int, size: int) -> None:
-    state = _words(context)
-    if array == 0:  # NumPy never asks for this: what is beyond the limit goes
-        _let_go(state, 0)
+    if array == 0:
         return
-    header = _words(array - _HEADER)
+    state, header = _words(context), _words(array - _HEADER)
     piece, size = header[0], header[1]
-    slot = _let_go(state, size) if size <= state[_LIMIT] else -1
-    if slot < 0:
+    if not LARGE <= size <= state[_LIMIT]:
         _call(state[_RELEASE], 0, piece, size)
         return
+    _trim(context, size)
+    slot = -1
+    for s in range(_FIRST, _END, 3):
+        if state[s] == 0:
+            slot = s
+    if slot < 0:
+        slot = _oldest(state)
+        _let_go(state, slot)
     state[_CLOCK] += 1
     state[_KEPT] += size
     state[slot], state[slot + 1], state[slot + 2] = piece, size, state[_CLOCK]
 
 
 def _calloc(context: int, n: int, item: int) -> int:
+    if n < 0 or item < 0 or (item > 0 and n > _MOST // item):
+        return 0
     array = _malloc(context, n * item)
     if array != 0:
         _clear(array, n * item)
@@ -154,15 +174,16 @@ def _realloc(context: int, array: int, size: int) -> int:
     return again
 
 
-for _function in (_malloc, _free):
+for _function in (_trim, _malloc, _free):
     formula(_function)
 _WORD = types.int64
 _FUNCTIONS = (  # in NumPy's order
-    Callback(_malloc, _WORD(_WORD, _WORD), "malloc"),
-    Callback(_calloc, _WORD(_WORD, _WORD, _WORD), "calloc"),
-    Callback(_realloc, _WORD(_WORD, _WORD, _WORD), "realloc"),
-    Callback(_free, types.void(_WORD, _WORD, _WORD), "free"),
+    Callback(_malloc, _WORD(_WORD, _WORD), "kept_malloc"),
+    Callback(_calloc, _WORD(_WORD, _WORD, _WORD), "kept_calloc"),
+    Callback(_realloc, _WORD(_WORD, _WORD, _WORD), "kept_realloc"),
+    Callback(_free, types.void(_WORD, _WORD, _WORD), "kept_free"),
 )
+_TRIM = Callback(_trim, types.void(_WORD, _WORD), "kept_trim")
 
 
 class _Handler(ctypes.Structure):
@@ -179,17 +200,18 @@ class _Handler(ctypes.Structure):
 class _Keeper:
     """The state of the functions, and the context in which NumPy allocates by them.
 
-    NumPy has its allocator in a context variable. So it is set in a context of our own, in a copy of which arrays are
-    made: no interrupt can leave it set elsewhere.
+    NumPy has its allocator in a context variable. It is set in a context of our own, in a copy of which each array is
+    made by a single step: nothing else, a signal handler say, ever runs there.
     """
 
     def __init__(self) -> None:
         self.state = np.zeros(_END, np.int64)
+        self.state[_LIMIT] = get_spare_memory()
         self.context = contextvars.Context()
         pointer_of = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(
             ("PyCapsule_GetPointer", ctypes.pythonapi)
         )
-        capsule_of = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p)(
+        capsule_of = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)(
             ("PyCapsule_New", ctypes.pythonapi)
         )
         # Where import_array() of NumPy's C interface finds it.
@@ -198,53 +220,64 @@ class _Keeper:
         get_handler = ctypes.PYFUNCTYPE(ctypes.py_object)(table[305] or 0)
         numpys = _Handler.from_address(pointer_of(self.context.run(get_handler), b"mem_handler"))
         self.state[_ALLOCATE], self.state[_RELEASE] = numpys.functions[0], numpys.functions[3]
-        handler = _Handler(b"collide", 1, self.state.ctypes.data, tuple(f.compiled for f in _FUNCTIONS))
-        self.context.run(set_handler, capsule_of(ctypes.addressof(handler), b"mem_handler", None))
-        self._free = ctypes.PYFUNCTYPE(None, *[ctypes.c_int64] * 3)(handler.functions[3])
-        self._handler = handler
-        self._seen = -math.inf
-        # Arrays may die after this module, at the end of the interpreter: what they need never does.
-        ctypes.PYFUNCTYPE(None, ctypes.py_object)(("Py_IncRef", ctypes.pythonapi))([self, _FUNCTIONS, Callback])
+        self._trim = ctypes.PYFUNCTYPE(None, *[ctypes.c_int64] * 2)(_TRIM.compiled)
+        # The capsule keeps neither alive, not even its name.
+        self._name = ctypes.create_string_buffer(b"mem_handler")
+        self._handler = _Handler(b"collide", 1, self.state.ctypes.data, tuple(f.compiled for f in _FUNCTIONS))
+        capsule = capsule_of(ctypes.addressof(self._handler), ctypes.addressof(self._name), None)
+        self.context.run(set_handler, capsule)
+        self.seen = -math.inf
 
     def arrays(self, count: int, shape: tuple[int, ...], dtype: np.dtype[Any], place: int) -> list[Array]:
         now = time.monotonic()
-        if now - self._seen > _LOOK_EVERY:
-            self._seen = now
+        if now - self.seen > _LOOK_EVERY:
             self.set_limit(0 if memory.free() < memory.installed() // _SHARE else get_spare_memory())
+            self.seen = now
         arrays = []
         for _ in range(count):
             place += _APART
             self.state[_PLACE] = place
-            arrays.append(np.empty(shape, dtype))
+            arrays.append(self.context.copy().run(np.empty, shape, dtype))
         return arrays
 
     def set_limit(self, limit: int) -> None:
         if limit != self.state[_LIMIT]:
             self.state[_LIMIT] = limit
-            self._free(self.state.ctypes.data, 0, 0)
+            self._trim(self.state.ctypes.data, 0)
 
 
 _SHARE = 16  # of the memory that may be kept; and nothing is where less than such a share is free
 _LOOK_EVERY = 0.25  # seconds: to ask what is free takes 0.05 ms
-_keeper: _Keeper | None = None
+_the: dict[str, _Keeper] = {}  # by "keeper", the one: whoever comes first, all others take it
 _limit: int | None = None
+
+
+def _keeper() -> _Keeper:
+    if "keeper" not in _the:
+        made = _Keeper()
+        if _the.setdefault("keeper", made) is made:
+            # Arrays may die after this module, at the end of the interpreter: what they need never does.
+            ctypes.PYFUNCTYPE(None, ctypes.py_object)(("Py_IncRef", ctypes.pythonapi))([made, _FUNCTIONS])
+    return _the["keeper"]
+
+
+def _is_ours_to_choose() -> bool:
+    """Whether we may allocate: the user has no allocator, and NumPy frees under the GIL, as our functions need it."""
+    return numpy_core.get_handler_name() == "default_allocator" and getattr(sys, "_is_gil_enabled", lambda: True)()
 
 
 def empty(count: int, shape: tuple[int, ...], dtype: np.dtype[Any], near: int = 0) -> list[Array]:
     """New arrays; large ones have the offset from a cache line that this address has, at different places of a page."""
-    global _keeper
-    if math.prod(shape) * dtype.itemsize < LARGE:
+    if math.prod(shape) * dtype.itemsize < LARGE or not _is_ours_to_choose():
         return [np.empty(shape, dtype) for _ in range(count)]
-    if _keeper is None:
-        _keeper = _Keeper()
-    return _keeper.context.copy().run(_keeper.arrays, count, shape, dtype, near)
+    return _keeper().arrays(count, shape, dtype, near)
 
 
 def get_spare_memory() -> int:
     """How many bytes of results that are no longer in use may be kept for the next ones.
 
     At first it is the environment variable COLLIDE_SPARE_MEMORY, else a sixteenth of the memory that the process may
-    use. Of large results only, the last 16 at most; nothing where memory is short.
+    use. Of large results only, the last 16 at most; nothing when a call finds that memory is short.
 
     >>> collide.get_spare_memory() >= 0
     True
@@ -254,7 +287,7 @@ def get_spare_memory() -> int:
         text = os.environ.get("COLLIDE_SPARE_MEMORY")
         if text and not (text.isascii() and text.isdigit()):
             raise ValueError(f"COLLIDE_SPARE_MEMORY = {text!r}: must be an integer of at least 0")
-        _limit = int(text) if text else memory.installed() // _SHARE
+        _limit = int(min(float(text), _MOST)) if text else memory.installed() // _SHARE
     return _limit
 
 
@@ -276,9 +309,9 @@ def set_spare_memory(n_bytes: int) -> None:
         raise TypeError(f"n_bytes = {n_bytes!r}: must be an integer") from None
     if n_bytes < 0:
         raise ValueError(f"n_bytes = {n_bytes}: must be at least 0")
-    _limit = min(n_bytes, 1 << 60)
-    if _keeper is not None:
-        _keeper.set_limit(_limit)
+    _limit = min(n_bytes, _MOST)
+    if "keeper" in _the:
+        _the["keeper"].set_limit(_limit)
 
 
 class Scratch:

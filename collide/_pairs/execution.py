@@ -97,9 +97,14 @@ def _direct(form: Form, inputs: tuple[Any, ...], out: Any) -> Sequence[Any] | No
     for column in columns:
         if type(column) is not _ndarray:  # Numba asks of other objects at length
             return None
-    outputs: Sequence[Array] = ()
-    if out is not None:
-        outputs = out if isinstance(out, tuple) else ()
+    outputs: Sequence[Array]
+    if isinstance(out, tuple):
+        outputs = out
+        for u in out:
+            if type(u) is not _ndarray:
+                return None
+    elif out is not None:
+        return None
     elif n < LARGE:
         outputs = [_empty(n) for _ in form.outputs]
     else:
@@ -138,14 +143,14 @@ def _usual(form: Form, inputs: tuple[Any, ...], out: Any, options: Flags) -> tup
                 wide = wide or kind is _float64  # which counts for the result's dtype; Python's numbers do not
             else:
                 return None
-        n, shape, dtype = (1, (1,), _FLOAT64) if like is None else (like.size, like.shape, like.dtype)
+        n, shape, dtype = (1, (), _FLOAT64) if like is None else (like.size, like.shape, like.dtype)
         result = _FLOAT64 if wide else dtype
         kernel, nothing = form.kernels[dtype.char + result.char].compiled, _NOTHING[dtype.char]
         for i in numbers:
             columns[i] = nothing
         if out is None:
             outputs: Sequence[Any] = fresh(len(form.outputs), shape, result, columns)
-        elif len(out) == len(form.outputs) and isinstance(out, tuple) and like is not None:
+        elif isinstance(out, tuple) and all(type(u) is _ndarray for u in out):
             outputs = out
         else:
             return None
@@ -159,7 +164,7 @@ def _usual(form: Form, inputs: tuple[Any, ...], out: Any, options: Flags) -> tup
         return None
     if not n or (tally is not None and tally.n_invalid == REFUSED):
         return None
-    return outputs if like is not None else [u[0] for u in outputs], tally
+    return outputs if out is not None or shape else [u[()] for u in outputs], tally
 
 
 def _run(
@@ -207,8 +212,11 @@ def _general(form: Form, inputs: tuple[Any, ...], out: Any, options: Flags) -> t
         outputs = checked_outputs(form.outputs, out, shape, dtype)
         apart = math.prod(shape) > _SMALL and not clash(columns, outputs)
         targets = outputs if apart else fresh(len(outputs), shape, dtype, columns)
-    tally = _run_converted(form.kernels[2 * dtype.char].compiled, columns, scalars, targets, shape, options)
-    assert tally is None or tally.n_invalid != REFUSED  # nothing is left that a kernel refuses
+    kernel = form.kernels[2 * dtype.char].compiled
+    tally = _run_converted(kernel, columns, scalars, targets, shape, options)
+    if tally is not None and tally.n_invalid == REFUSED:  # an output whose own elements overlap
+        targets = fresh(len(outputs), shape, dtype, columns)
+        tally = _run_converted(kernel, columns, scalars, targets, shape, options)
     if targets is not outputs:
         copy_to(outputs, targets)
     return outputs if out is not None or shape else [u[()] for u in outputs], tally
@@ -245,6 +253,8 @@ def _run_converted(
             outs = [u.memory[: hi - lo] if isinstance(u, Passage) else u[lo:hi] for u in sinks]
             own = scalars.copy()
             n_invalid = kernel(*ins, *outs, own, n_numbers, 0, hi - lo, *options)
+            if n_invalid == REFUSED:  # as it does of the first block, or of none: see `clash`
+                return Tally(REFUSED, own)
             for u in sinks:
                 if isinstance(u, Passage):
                     u.empty(where)

@@ -22,7 +22,7 @@ _VECTORS = "v1", "v2", "n"
 def call(inputs: Sequence[Any], approaching_only: Any, invalid: Any, out: Any) -> Sequence[Array]:
     """u1 and u2, by m1, m2, v1, v2, n and the restitution."""
     given = dict(zip(_NAMES, inputs, strict=True))
-    arrays = {name: v if type(v) is np.ndarray else as_array(name, v) for name, v in given.items()}
+    arrays = {name: v if _is_usual(v) else as_array(name, v) for name, v in given.items()}
     d = _components(arrays)
     shape = broadcast_shape(arrays, arrays.values(), _VECTORS)
     dtype = result_dtype(inputs, arrays.values())
@@ -31,6 +31,7 @@ def call(inputs: Sequence[Any], approaching_only: Any, invalid: Any, out: Any) -
     else:
         outputs = checked_outputs(("u1", "u2"), out, (*shape, d), dtype)
     components = [c for name in _VECTORS for c in _columns(arrays[name], shape)]
+    # Numbers as they were given: as arrays they would count for the dtype of the result.
     columns = given["m1"], given["m2"], *components, given["restitution"]
     targets = tuple(c for u in outputs for c in _columns(u, shape))
     try:
@@ -38,6 +39,10 @@ def call(inputs: Sequence[Any], approaching_only: Any, invalid: Any, out: Any) -
     except InvalidPairError as error:
         raise error if shape else InvalidPairError((), error.count, error.reason) from None
     return outputs
+
+
+def _is_usual(value: Any) -> bool:
+    return type(value) is np.ndarray and value.dtype.char in "df"
 
 
 def check_length(name: str, shape: tuple[int, ...]) -> None:

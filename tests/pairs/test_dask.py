@@ -348,3 +348,16 @@ def test_the_arguments_are_those_of_the_batch_function(name):
     assert [(p.name, p.kind, p.default) for p in given.values()] == [
         (p.name, p.kind, p.default) for p in wanted.values()
     ]
+
+
+def test_vectors_have_the_chunks_of_the_arguments():
+    v1 = np.random.default_rng(0).normal(size=(6, 2))
+    rows = da.from_array(v1, chunks=(3, 1))
+    u = collide.dask.resolve(1.0, 2.0, rows, [0.0, 0.0], [1.0, 0.5])
+    assert u.u1.chunks == u.u2.chunks == ((3, 3), (2,))
+    for got, want in zip(u, collide.resolve(1.0, 2.0, v1, [0.0, 0.0], [1.0, 0.5]), strict=True):
+        np.testing.assert_array_equal(got.compute(), want)
+    with pytest.raises(ValueError, match=r"^v1 has shape \(6, 3\): its last axis must have length 2"):
+        collide.dask.resolve(1.0, 2.0, da.ones((6, 3)), [0.0, 0.0], [1.0, 0.5])
+    with pytest.raises(ValueError, match=r"^n has shape \(\): its last axis must have length 2"):
+        collide.dask.resolve(1.0, 2.0, rows, [0.0, 0.0], 1.0)

@@ -107,6 +107,7 @@ GUISES = {
     "read-only": read_only,
     "byte-swapped": byte_swapped,
     "misaligned": misaligned,
+    "native by name": lambda a: a.view(a.dtype.newbyteorder("<")),
     "negative strides": lambda a: a[::-1].copy()[::-1],
     "strided": lambda a: np.repeat(a, 3)[::3],
     "subclass": lambda a: a.view(np.matrix).A1.view(type("Sub", (np.ndarray,), {})),

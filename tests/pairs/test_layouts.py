@@ -285,6 +285,9 @@ def test_axes_before_the_last_broadcast():
         ({"m1": np.ones(3)}, ValueError, r"the shapes .* do not broadcast together: m1 \(3,\), m2 \(4,\), v1 \(4, 2\)"),
         ({"v2": "ab"}, TypeError, "v2: the dtype <U2 is not supported"),
         ({"m2": 1j}, TypeError, "m2: the dtype complex128 is not supported"),
+        ({"m1": np.zeros(4, "M8[D]")}, TypeError, "m1: the dtype .* is not supported"),
+        ({"n": np.zeros((4, 2), "V8")}, TypeError, "n: the dtype .* is not supported"),
+        ({"v2": np.ones((4, 2), complex)}, TypeError, "v2: the dtype complex128 is not supported"),
         ({"v1": np.ma.ones((4, 2))}, TypeError, "v1: masked arrays are not supported"),
         ({"out": (np.ones(4), np.ones(4))}, ValueError, r"out\[0\] has shape \(4,\): must have .* \(4, 2\)"),
         ({"out": [np.ones((4, 2))] * 2}, TypeError, "out = list: must be None or a tuple of 2 arrays"),
@@ -313,3 +316,19 @@ def test_an_invalid_pair_is_named_by_the_leading_axes():
     assert caught.value.index == ()
     u = collide.resolve(1.0, 1.0, v1, [0.0, 0.0], [1.0, 0.0], invalid="nan")
     assert np.isnan(u.u1[2, 1]).all() and np.isfinite(np.delete(u.u1.reshape(12, 2), 9, axis=0)).all()
+
+
+@pytest.mark.parametrize("dtype", ["f8", "f4"])
+@pytest.mark.parametrize("step", [-8, 11, 13, 24, 40])
+def test_kernels_take_odd_steps_themselves(dtype, step):
+    """However Numba has come to know misaligned arrays in this process: read-only ones it takes."""
+    form, n = FORMS["1d"], 21
+    c = columns_of("1d", n, dtype)
+    want = call("1d", c)
+    given = [stepped(x, step) for x in c]
+    for x in given:
+        x.flags.writeable = False
+    out = [np.empty(n, dtype) for _ in want]
+    storage = 2 * np.dtype(dtype).char
+    assert form.kernels[storage].compiled(*given, *out, np.empty(6), 0, 0, n, False, True) >= 0
+    assert_same_bits(out, want)

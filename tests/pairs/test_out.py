@@ -115,12 +115,43 @@ def test_an_output_that_is_an_input_transposed(side):
         np.testing.assert_array_equal(u, exact)
 
 
-def test_strided_outputs_are_written_through_blocks():
+@pytest.mark.parametrize("dtype", ["f8", ">f8"])  # as they lie, and through blocks
+def test_strided_outputs_need_no_memory(dtype):
     n = 300_000
-    v, table = np.ones(n), np.empty((n, 2))
+    v, table = np.ones(n, dtype), np.empty((n, 2))
     collide.resolve_1d(1.0, 1.0, v, 0.0, out=tuple(table.T))
     tracemalloc.start()
     collide.resolve_1d(1.0, 1.0, v, 0.0, out=tuple(table.T))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < table.nbytes / 4
+
+
+@pytest.mark.parametrize("n", [1, 5, 5000, 40_000])
+@pytest.mark.parametrize("dtype", ["f8", ">f8"])
+def test_an_output_whose_elements_are_one(n, dtype):
+    """It holds the last result, as NumPy's do."""
+    v, u2 = np.arange(1.0, n + 1).astype(dtype), np.empty(n)
+    one = np.lib.stride_tricks.as_strided(np.zeros(1), (n,), (0,))
+    collide.resolve_1d(np.ones(n), 1.0, v, 0.0, out=(one, u2))
+    assert one[0] == 0.0 and (u2 == v).all()
+    collide.resolve_1d(np.ones(n), 1.0, v, 0.0, out=(u2, one))
+    assert one[0] == v[-1] and (u2 == 0.0).all()
+
+
+@pytest.mark.parametrize("out", [([], []), (set(), 1.0), [np.ones(9), np.ones(9)], (np.ones(9),), 3, "ab"])
+@pytest.mark.parametrize("invalid", ["raise", "keep"])
+def test_what_is_no_array_is_told_by_its_name(out, invalid):
+    v = np.ones(9)
+    with pytest.raises((TypeError, ValueError), match=r"^out"):
+        collide.resolve_1d(v, v, v, v, out=out, invalid=invalid)
+
+
+def test_arrays_without_dimensions_are_scalars():
+    a = np.array(1.0)
+    for others in ([a, a, a], [1.0, a, a], [a, a, np.array(1, "f4")], [a, np.float64(1), 1]):
+        assert {type(u) for u in collide.resolve_1d(a, *others)} == {np.float64}
+    assert type(collide.time_of_impact(*[a] * 5)) is np.float64
+    out = np.zeros(()), np.zeros(())
+    got = collide.resolve_1d(a, a, np.array(3.0), a, out=out)
+    assert got.u1 is out[0] and (out[0], out[1]) == (1.0, 3.0)
