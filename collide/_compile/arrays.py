@@ -9,7 +9,7 @@ from numba import types
 
 from .._system.memory import CACHE_LINE
 from .lanes import I64, out_of_line
-from .options import intrinsic, rare
+from .options import formula, intrinsic, rare
 
 
 @intrinsic
@@ -81,10 +81,9 @@ def overlap(columns: Any, outputs: Any, scalars: Any, n_numbers: int) -> int:
     return relation
 
 
-@rare
+@formula
 def _meet(a: Any, u: Any) -> int:
     """Of two arrays of one length: 0 they share no element, 1 each of a is that of u with its number, -1 otherwise."""
-    out_of_line()
     n, step, start, place = u.size, u.strides[0], address(a), address(u)
     reach, extent = (n - 1) * a.strides[0], (n - 1) * step
     low, lowest = start + min(reach, 0), place + min(extent, 0)

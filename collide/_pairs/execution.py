@@ -97,24 +97,22 @@ def _direct(form: Form, inputs: tuple[Any, ...], out: Any) -> Sequence[Any] | No
     for column in columns:
         if type(column) is not _ndarray:  # Numba asks of other objects at length
             return None
+    if not n or (n >= threads.LEAST and threads.is_shared(n)):
+        return None
     outputs: Sequence[Array]
-    if isinstance(out, tuple):
+    if out is None:
+        few = n < LARGE
+        outputs = [_empty(n) for _ in form.outputs] if few else fresh(len(form.outputs), like.shape, _FLOAT64, columns)
+    elif isinstance(out, tuple):
         outputs = out
         for u in out:
             if type(u) is not _ndarray:
                 return None
-    elif out is not None:
-        return None
-    elif n < LARGE:
-        outputs = [_empty(n) for _ in form.outputs]
     else:
-        outputs = fresh(len(form.outputs), like.shape, _FLOAT64, columns)
-    if not n or (n >= threads.LEAST and threads.is_shared(n)):
         return None
-    nan = form.invalid[_RAISE]
     try:
         # Numba refuses other dtypes and dimensions, and to write to what is read-only.
-        n_invalid = form.kernels["dd"].compiled(*columns, last, *outputs, scalars, n_numbers, 0, n, False, nan)
+        n_invalid = form.kernels["dd"].compiled(*columns, last, *outputs, scalars, n_numbers, 0, n, False, form.nan)
     except TypeError:
         return None
     if n_invalid:

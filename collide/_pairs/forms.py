@@ -33,6 +33,7 @@ class Form(NamedTuple):
     step: Callable[..., Any]
     kernels: Mapping[str, Kernel]  # by the characters of the dtypes of columns and of results: dd, ff, fd
     invalid: Mapping[str, bool]  # the values of this option that it knows, and whether an invalid pair gets NaN
+    nan: bool  # the same of "raise", which every call asks for that says nothing
 
 
 def _colliding(pair: Callable[..., Any]) -> Callable[..., Any]:
@@ -124,7 +125,7 @@ def _form(
 ) -> Form:
     names, results = tuple(columns.split()), tuple(outputs.split())
     kernels = batch_kernels(name, len(names), len(results), loop, step, rule)
-    return Form(name, names, results, step, kernels, invalid)
+    return Form(name, names, results, step, kernels, invalid, invalid["raise"])
 
 
 _PLANE, _VECTORS = "m1 m2 v1x v1y v2x v2y nx ny restitution", "u1x u1y u2x u2y"
