@@ -11,12 +11,12 @@ from rounds import calls_a_round
 from . import best_spell, hold
 
 # The way, pairs, one thread?, by whom, how many times as fast as that collide has to be. Two thirds to four fifths of
-# what was found: 1.25, 1.2, 1.0, 1.1, 2.0, 2.4 and 2.3.
+# what was found: 0.97, 0.92 to 1.2, 1.2, 0.9 to 1.2, 2.0, 2.4 and 2.4.
 BOUNDS = [
-    ("rows, out given", 10_000, True, "prange", 0.8),
-    ("rows, out given", 1_000_000, False, "prange", 0.9),
+    ("rows, out given", 10_000, True, "prange", 0.75),
+    ("rows, out given", 1_000_000, False, "prange", 0.75),
     ("rows in place", 100_000, True, "prange", 0.75),
-    ("rows", 1_000_000, False, "prange", 0.9),
+    ("rows", 1_000_000, False, "prange", 0.75),
     ("columns", 1, False, "NumPy", 1.5),
     ("columns, out given", 1, False, "NumPy", 1.7),
     ("columns, out given", 100, False, "NumPy", 1.7),
