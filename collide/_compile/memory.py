@@ -144,7 +144,7 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, plain: Any,
         def number(i: int) -> Any:
             return splat(b, b.load(b.gep(values, [ir.Constant(I32, i)])), width)
 
-        def line(i: int, column: Any) -> Any:
+        def line(column: Any) -> Any:
             return widened(b.load(column.line(), align=1))
 
         def seconds(column: Any) -> Any:
@@ -169,7 +169,7 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, plain: Any,
                 return _either(b, c.has_step(2), lambda: seconds(c), lambda: one_by_one(c))
 
             def array() -> Any:
-                return _either(b, c.has_step(1), lambda: line(i, c), with_gaps)
+                return _either(b, c.has_step(1), lambda: line(c), with_gaps)
 
             return _either(b, c.is_number, lambda: number(i), array)
 
@@ -188,14 +188,14 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, plain: Any,
             return _either(b, c.is_number, lambda: number(i), lambda: widened(array()))
 
         def last(i: int) -> Any:
-            return _either(b, column(i).is_number, lambda: number(i), lambda: line(i, column(i)))
+            return _either(b, column(i).is_number, lambda: number(i), lambda: line(column(i)))
 
         *most, end = range(columns.count)
         with b.if_else(b.icmp_signed("==", n, ir.Constant(n.type, width))) as (whole, rest):
             with whole:
                 with b.if_else(plain) as (straight, mixed):
                     with straight:
-                        quick = [*(line(i, column(i)) for i in most), last(end)]
+                        quick = [*(line(column(i)) for i in most), last(end)]
                         from_quick = b.block
                     with mixed:
                         branched = [full(i) for i in (*most, end)]
