@@ -109,8 +109,10 @@ class Kernel:
         finally:
             # In this order: whoever finds it under way is among those who are waiting.
             del _under_way[_thread.get_ident()]
-            while self._waiting:
-                self._waiting.pop().release()
+            # Two may make it at once, where a second thread has been started before the first was under way.
+            with contextlib.suppress(IndexError):
+                while True:
+                    self._waiting.pop().release()
             locks.release(lock)
 
     def _make(self) -> None:
