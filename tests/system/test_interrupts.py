@@ -211,7 +211,7 @@ def interrupt(number, frame):
 signal.signal(signal.SIGALRM, interrupt)
 signal.setitimer(signal.ITIMER_REAL, pause)
 end = time.monotonic() + {seconds}
-while time.monotonic() < end:
+while time.monotonic() < end or hits < 4:  # LLVM, which no interrupt reaches, may take most of that time
     pause = random.choice([0.001, 0.01, 0.1])
     try:
         right()
@@ -232,8 +232,7 @@ def test_interrupts_while_kernels_are_compiled(size, tmp_path):
 
 
 def check_first_calls(seed, folder):
-    hits, *answers = printed_by(FIRST_CALL.format(seconds=3), seed, NUMBA_CACHE_DIR=folder).split()
-    assert int(hits) > 3
+    _, *answers = printed_by(FIRST_CALL.format(seconds=3), seed, NUMBA_CACHE_DIR=folder).split()
     assert answers == ["True", "True", "1.0"]
     # And what has been kept is whole.
     _, *answers = printed_by(FIRST_CALL.format(seconds=0.5), seed, NUMBA_CACHE_DIR=folder).split()
