@@ -7,6 +7,9 @@ import threading
 import weakref
 
 import numpy as np
+import pandas as pd
+import polars as pl
+import pyarrow as pa
 import pytest
 
 import collide
@@ -128,7 +131,6 @@ def test_what_anybody_can_look_at_is_never_handed_out(holder):
 
 
 def test_columns_of_frames_and_tables():
-    pd, pl, pa = (pytest.importorskip(name) for name in ("pandas", "polars", "pyarrow"))
     kinds = [
         lambda u: pd.Series(u),
         lambda u: pl.Series(u),
