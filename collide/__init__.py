@@ -22,12 +22,13 @@ Behind these doors is a room each, whose __init__.py says what it is for and wha
     _compile     all that knows Numba and LLVM: options, kernels and their cache, lanes, loads and stores
     _system      all that differs by operating system: threads, locks, forks, memory, whose files are whose
 
-The way of a call of `resolve_2d`: batch.py hands its arguments to _pairs/execution.py, which has _pairs/results.py make
-arrays for the results and calls the kernel with the arguments as they lie; others it converts or passes through blocks,
-or has _pairs/arguments.py say what is wrong with them. The kernel is that of the form in _pairs/forms.py, which says
-what the columns are in the terms of _formulas/collision.py; _compile/kernel.py compiles it or finds it on disk.
-_system/threads.py cuts a large batch into shares. In each share _pairs/loop.py loads lanes of pairs, calls the formula
-on them, looks for invalid pairs and stores the results. errors.py says which rule the first invalid pair breaks.
+The way of a call of `resolve_2d`: batch.py hands its arguments to _pairs/execution.py, which takes fresh arrays for the
+results from _compile/kept_memory.py and calls the kernel with the arguments as they lie; others it converts or passes
+through blocks, or has _pairs/arguments.py say what is wrong with them. The kernel is that of the form in
+_pairs/forms.py, which says what the columns are in the terms of _formulas/collision.py; _compile/kernel.py compiles it
+or finds it on disk. _system/threads.py cuts a large batch into shares. In each share _pairs/loop.py loads lanes of
+pairs, calls the formula on them, looks for invalid pairs and stores the results. errors.py says which rule the first
+invalid pair breaks.
 """
 
 import sys

@@ -93,6 +93,6 @@ def _listed(found_in: tuple[Array, ...], n: int, notes: Array) -> tuple[Array, A
         some = f"more than {most:,}" if min(found) < 0 else f"{n_found:,}"
         raise MemoryError(f"{some} contacts: there is no memory for a list of them")
     np.cumsum(totals, out=totals)
-    i, j = kept_memory.empty(2, (int(totals[-1]),), np.dtype(np.int64))
+    i, j = kept_memory.fresh(2, (int(totals[-1]),), np.dtype(np.int64))
     threads.run(partial(LIST.compiled, *found_in, totals, *notes, i, j), n, BLOCK, _WORK)
     return i, j

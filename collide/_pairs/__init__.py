@@ -5,6 +5,6 @@ loop.py         what a kernel does: loads, the step, the look at what is invalid
 execution.py    a call, as the arguments lie or converted, on as many threads as it is worth
 arguments.py    what arguments must be, and the words for those that are not; errors.py has those for invalid pairs
 blocks.py       arrays that a kernel cannot take as they lie
-results.py      where the results go
+results.py      arrays that are given for the results
 vectors.py      vectors along the last axis of arrays
 """

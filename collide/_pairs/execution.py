@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._compile.kept_memory import LARGE, fresh
 from .._system import threads
 from .._typing import Array
 from ..errors import InvalidPairError, reason
@@ -26,7 +27,7 @@ from .arguments import as_array, broadcast_shape, checked_outputs, gives_nan, re
 from .blocks import Passage, blocks, flat, flat_copy, in_a_line
 from .forms import Form
 from .loop import REFUSED
-from .results import LARGE, clash, copy_to, fresh
+from .results import clash, copy_to
 
 Flags = tuple[bool, bool]  # approaching_only, and whether an invalid pair gets NaN
 
@@ -36,6 +37,7 @@ _NOTHING = {dtype.char: np.empty(0, dtype) for dtype in (_FLOAT64, _FLOAT32)}  #
 _NUMBER = _NOTHING["d"]
 _BOOLS = bool, np.bool_
 _RAISE = "raise"  # a literal is one object
+_FEW = LARGE // 8  # pairs whose results are of no account to `fresh`
 # Up to so many pairs a copy is cheaper than to find out about layouts, and about what overlaps what.
 _SMALL = 1 << 12
 
@@ -101,7 +103,7 @@ def _direct(form: Form, inputs: tuple[Any, ...], out: Any) -> Sequence[Any] | No
         return None
     outputs: Sequence[Array]
     if out is None:
-        few = n < LARGE
+        few = n < _FEW
         outputs = [_empty(n) for _ in form.outputs] if few else fresh(len(form.outputs), like.shape, _FLOAT64, columns)
     elif isinstance(out, tuple):
         outputs = out
@@ -142,6 +144,8 @@ def _usual(form: Form, inputs: tuple[Any, ...], out: Any, options: Flags) -> tup
             else:
                 return None
         n, shape, dtype = (1, (), _FLOAT64) if like is None else (like.size, like.shape, like.dtype)
+        if not n:
+            return None
         result = _FLOAT64 if wide else dtype
         kernel, nothing = form.kernels[dtype.char + result.char].compiled, _NOTHING[dtype.char]
         for i in numbers:
@@ -157,10 +161,10 @@ def _usual(form: Form, inputs: tuple[Any, ...], out: Any, options: Flags) -> tup
             columns = [c if c is nothing else in_a_line(c, shape) for c in columns]
             lines = [in_a_line(u, shape) for u in outputs]
         # Numba refuses arrays of more dimensions, and to write to what is read-only, by a TypeError.
-        tally = _run(kernel, columns, lines, scalars, len(numbers), n, options) if n else None
+        tally = _run(kernel, columns, lines, scalars, len(numbers), n, options)
     except (AttributeError, KeyError, OverflowError, TypeError, ValueError):
         return None
-    if not n or (tally is not None and tally.n_invalid == REFUSED):
+    if tally is not None and tally.n_invalid == REFUSED:
         return None
     return outputs if out is not None or shape else [u[()] for u in outputs], tally
 
@@ -230,15 +234,15 @@ def _run_converted(
 ) -> Tally | None:
     """What a kernel cannot read or write as it lies passes through blocks, in the cache; a small batch is copied."""
     n, dtype = math.prod(shape), targets[0].dtype
-    n_numbers = sum(a.size == 0 for a in given) if n else 0
+    if not n:
+        return None
+    n_numbers = sum(a.size == 0 for a in given)
     columns = [flat(a, dtype) for a in given]
     results = [flat(u, dtype) for u in targets]
     if n <= _SMALL:  # what is not flat is an input: the targets are fresh
         columns = [flat_copy(a, dtype) if c is None else c for a, c in zip(given, columns, strict=True)]
     flat_columns = [c for c in columns if c is not None]
     flat_results = [r for r in results if r is not None]
-    if not n:
-        return None
     if len(flat_columns) == len(columns) and len(flat_results) == len(results):
         return _run(kernel, flat_columns, flat_results, scalars, n_numbers, n, options)
 

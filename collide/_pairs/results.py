@@ -1,32 +1,12 @@
-"""Where results go: new arrays, or those of `out`."""
+"""Whether results can go to the arrays of `out` as they are, and how they get there otherwise."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from .._compile import kept_memory
 from .._typing import Array
-
-_empty = np.empty  # looked up at every call
-LARGE = kept_memory.LARGE // 8  # as float64
-
-
-def fresh(count: int, shape: tuple[int, ...], dtype: np.dtype[Any], inputs: Sequence[Array | None]) -> list[Array]:
-    """New outputs. Large ones have the offset from a cache line that the first input of this dtype has.
-
-    Streaming stores need outputs that agree, and a step's loads are then whole lines as well: inputs at an odd 16
-    bytes, NumPy's usual, under outputs on a line cost a sixth of the speed, a quarter in polar form. And they lie at
-    different places of a page, as columns at the same place would throw each other out of the nearest cache: to NumPy's
-    large arrays, the usual inputs, that happens.
-    """
-    if dtype.itemsize * (shape[0] if len(shape) == 1 else math.prod(shape)) < kept_memory.LARGE:
-        return [_empty(shape, dtype) for _ in range(count)]
-    like = next((address(a) for a in inputs if a is not None and a.size and a.dtype == dtype), 0)
-    return kept_memory.empty(count, shape, dtype, like // dtype.itemsize * dtype.itemsize)
 
 
 def address(array: Array) -> int:
@@ -34,7 +14,11 @@ def address(array: Array) -> int:
 
 
 def clash(columns: Sequence[Array], outputs: Sequence[Array]) -> bool:
-    """Whether a kernel might refuse these outputs: what `overlap` in _compile/arrays.py asks, of any dimensions."""
+    """Whether a kernel might refuse these outputs: what `overlap` in _compile/arrays.py asks.
+
+    Asked here of arrays of any dimensions, as a whole: a kernel that sees them block by block might refuse one when it
+    has written others.
+    """
     return any(_meet(a, u) for i, u in enumerate(outputs) for a in (*columns, *outputs[:i]))
 
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from .._compile.kept_memory import fresh
 from .._typing import Array
 from ..errors import InvalidPairError
 from . import execution
 from .arguments import as_array, broadcast_shape, checked_outputs, result_dtype
 from .forms import FORM_2D
-from .results import fresh
 
 _ndarray, _FLOAT64 = np.ndarray, np.dtype(np.float64)
 _FORMS = {2: FORM_2D}  # by how many components vectors have

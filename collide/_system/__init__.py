@@ -3,7 +3,8 @@
 threads.py      a range of pairs on a pool of threads
 locks.py        locks whose wait cannot be interrupted
 forks.py        what is to be done where a process forks
-memory.py       how much there is, and a piece that is used again
+memory.py       how much there is
+settings.py     whole numbers that a user sets for the process
 ownership.py    whose a file is, who else can write it, where caches are
 renaming.py     names that change in one step
 signals.py      a start that may be interrupted, an end that cleans up

@@ -11,7 +11,6 @@ import _thread
 import contextlib
 import itertools
 import math
-import operator
 import os
 import threading
 from collections import deque
@@ -20,9 +19,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, Generic, TypeVar
 
-import numpy as np
-
-from . import locks
+from . import locks, settings
 from .forks import at_fork
 
 Result = TypeVar("Result")
@@ -71,14 +68,7 @@ def set_num_threads(n: int) -> None:
     2
     """
     global _num_threads
-    if isinstance(n, bool | np.bool_):
-        raise TypeError(f"n = {n!r}: the number of threads must be an integer")
-    try:
-        n = operator.index(n)
-    except TypeError:
-        raise TypeError(f"n = {n!r}: the number of threads must be an integer") from None
-    if n < 1:
-        raise ValueError(f"n = {n}: the number of threads must be at least 1")
+    n = settings.integer("n", n, least=1, what="the number of threads ")
     _num_threads = n
     for _ in range(len(_workers) - (n - 1)):
         _invitations.put(None)
@@ -223,11 +213,9 @@ def _serve() -> None:
 
 
 def _default_num_threads() -> int:
-    text = os.environ.get("COLLIDE_NUM_THREADS")
-    if text:
-        if not (text.isascii() and text.isdigit() and int(text) >= 1):
-            raise ValueError(f"COLLIDE_NUM_THREADS = {text!r}: must be an integer of at least 1")
-        return int(text)
+    given = settings.of_environment("COLLIDE_NUM_THREADS", least=1)
+    if given is not None:
+        return given
     available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(1, min(available, _quota()))
 
