@@ -52,7 +52,7 @@ def loop(
     them stands its number.
     """
     flags = approaching, nan
-    relation = overlap(columns, outputs, scalars, n_numbers)
+    relation = overlap(columns, outputs, n_numbers)
     if relation < 0:
         return REFUSED
     width, rows, plain = width_of(outputs), rows_of(outputs), is_plain(columns)

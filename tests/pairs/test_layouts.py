@@ -158,33 +158,23 @@ def test_a_float64_number_beside_float32_arrays(n):
 
 
 @pytest.mark.fast
-def test_kernels_know_their_arrays():
-    """Numba takes read-only byte-swapped arrays for native ones, and subclasses for their base: kernels must tell."""
-
-    class Subclass(np.ndarray):
-        pass
-
-    def swapped(a):
-        a = a.astype(a.dtype.newbyteorder())
-        a.flags.writeable = False
-        return a
-
+def test_kernels_know_byte_swapped_arrays():
+    """Numba takes read-only ones for native ones: kernels must tell."""
     n = 20
     for name, form in FORMS.items():
         for storage, kernel in form.kernels.items():
-            given, result = storage
-            columns = [np.ones(n, given) for _ in form.columns]
-            outputs = [np.zeros(n, result) for _ in form.outputs]
-            rest = 0, 0, n, False, False
-            assert kernel.compiled(*columns, *outputs, np.empty(len(columns) + 1), *rest) >= 0, (name, storage)
-            arrays = [*columns, *outputs]
-            for odd in (swapped, lambda a: a.view(Subclass)):
-                for k in range(len(columns if odd is swapped else arrays)):
-                    given = [odd(a) if i == k else a.copy() for i, a in enumerate(arrays)]
-                    before = [a.copy() for a in given]
-                    assert kernel.compiled(*given, np.empty(len(columns) + 1), *rest) == REFUSED, (name, storage, k)
-                    for a, b in zip(given, before, strict=True):
-                        np.testing.assert_array_equal(a, b)
+            columns = [np.ones(n, storage[0]) for _ in form.columns]
+            outputs = [np.zeros(n, storage[1]) for _ in form.outputs]
+            rest = np.empty(len(columns) + 1), 0, 0, n, False, False
+            assert kernel.compiled(*columns, *outputs, *rest) >= 0, (name, storage)
+            for k in range(len(columns)):
+                given = list(columns)
+                given[k] = columns[k].astype(columns[k].dtype.newbyteorder())
+                given[k].flags.writeable = False
+                for u in outputs:
+                    u.fill(7.0)
+                assert kernel.compiled(*given, *outputs, *rest) == REFUSED, (name, storage, k)
+                assert all((u == 7.0).all() for u in outputs)
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 2, 1, 0), (1, 3, 0, 2), (2, 0, 3, 1)])
