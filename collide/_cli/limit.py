@@ -11,6 +11,7 @@ from .._compile.arrays import is_plain, lead, rows_of
 from .._compile.components import each
 from .._compile.memory import load, store, width_of
 from .._compile.options import formula
+from .._compile.team import in_pieces
 from .._pairs.forms import FORMS, Form, batch_kernels
 from .._pairs.loop import STREAM_BYTES
 
@@ -22,11 +23,19 @@ def _first(x: Any, y: Any) -> Any:
 
 @formula
 def _move(
-    columns: Any, outputs: Any, scalars: Any, numbers: int, start: int, stop: int, approaching: bool, nan: bool
+    columns: Any, outputs: Any, scalars: Any, numbers: int, n: int, seat: int, approaching: bool, nan: bool
 ) -> int:
-    width, rows, plain = width_of(outputs), rows_of(outputs), is_plain(columns)
+    may_stream = outputs[0].size * outputs[0].itemsize >= STREAM_BYTES
+    lie = rows_of(outputs), is_plain(columns), may_stream
+    return in_pieces(_move_piece, (columns, outputs, scalars, lie), n, seat)
+
+
+@formula
+def _move_piece(start: int, stop: int, job: int, columns: Any, outputs: Any, scalars: Any, lie: Any) -> int:
+    rows, plain, may_stream = lie
+    width = width_of(outputs)
     head = lead(outputs, start, rows)
-    streaming = head >= 0 and outputs[0].size * outputs[0].itemsize >= STREAM_BYTES
+    streaming = may_stream and head >= 0
     k = start
     n = min(head if head > 0 else width, stop - start)
     while k < stop:

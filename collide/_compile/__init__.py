@@ -8,6 +8,8 @@ elementwise.py    what formulas use beyond operators
 components.py     what is done to each component of vectors
 arrays.py         what a kernel asks of its arrays: how they lie, and whether they overlap
 memory.py         lanes in and out of memory, however columns lie
+words.py          words of memory, which threads may change at once
+team.py           a kernel on several threads
 kept_memory.py    memory for large results: what dies is kept for the next
 gather.py         what the search for contacts loads and stores
 """

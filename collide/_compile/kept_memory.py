@@ -30,6 +30,7 @@ from .._typing import Array
 from .kernel import Callback
 from .lanes import I64
 from .options import formula, intrinsic
+from .words import words
 
 LARGE = 1 << 17  # bytes: what is smaller comes from the heap, which keeps it itself
 SLOTS = 16
@@ -42,12 +43,6 @@ _HEADER = 16  # bytes before an array: where its piece of memory begins, and the
 # that is kept its address, or 0, its size, and when it came.
 _LIMIT, _KEPT, _PLACE, _CLOCK, _ALLOCATE, _RELEASE, _FIRST = range(7)
 _END = _FIRST + 3 * SLOTS
-
-
-@intrinsic
-def _words(typingctx: Any, address: Any) -> Any:
-    """The words from an address on."""
-    return types.CPointer(types.int64)(types.int64), lambda context, b, sig, args: b.inttoptr(args[0], I64.as_pointer())
 
 
 @intrinsic
@@ -99,7 +94,7 @@ def _let_go(state: Any, slot: int) -> None:
 
 def _trim(context: int, room: int) -> None:
     """The oldest pieces go until so many bytes more may be kept."""
-    state = _words(context)
+    state = words(context)
     slot = _oldest(state)
     while slot >= 0 and state[_KEPT] + room > state[_LIMIT]:
         _let_go(state, slot)
@@ -109,7 +104,7 @@ def _trim(context: int, room: int) -> None:
 def _malloc(context: int, size: int) -> int:
     if size < 0 or size > _MOST:  # it has no sign where it comes from
         return 0
-    state, needed, chosen = _words(context), size + _HEADER + _PAGE, -1
+    state, needed, chosen = words(context), size + _HEADER + _PAGE, -1
     for s in range(_FIRST, _END, 3):
         # Not one that is much larger: an array would hold memory that nothing counts.
         fits = state[s] != 0 and needed <= state[s + 1] <= needed + needed // 8
@@ -129,7 +124,7 @@ def _malloc(context: int, size: int) -> int:
     array = piece + _HEADER
     # Aligned for whatever we make, though another call may have asked for another place meanwhile.
     array = (array + (state[_PLACE] - array) % _PAGE) // 8 * 8
-    header = _words(array - _HEADER)
+    header = words(array - _HEADER)
     header[0], header[1] = piece, size
     return int(array)
 
@@ -137,7 +132,7 @@ def _malloc(context: int, size: int) -> int:
 def _free(context: int, array: int, size: int) -> None:
     if array == 0:
         return
-    state, header = _words(context), _words(array - _HEADER)
+    state, header = words(context), words(array - _HEADER)
     piece, size = header[0], header[1]
     if not LARGE <= size <= state[_LIMIT]:
         _call(state[_RELEASE], 0, piece, size)
@@ -167,7 +162,7 @@ def _calloc(context: int, n: int, item: int) -> int:
 def _realloc(context: int, array: int, size: int) -> int:
     again = _malloc(context, size)
     if array != 0 and again != 0:
-        header = _words(array - _HEADER)
+        header = words(array - _HEADER)
         _copy(again, array, min(size, header[0] + header[1] - array))
         _free(context, array, 0)
     return again

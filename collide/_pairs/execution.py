@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._compile import team
 from .._compile.kept_memory import LARGE, fresh
 from .._system import threads
 from .._typing import Array
@@ -99,7 +100,7 @@ def _direct(form: Form, inputs: tuple[Any, ...], out: Any) -> Sequence[Any] | No
     for column in columns:
         if type(column) is not _ndarray:  # Numba asks of other objects at length
             return None
-    if not n or (n >= threads.LEAST and threads.is_shared(n)):
+    if not n or (n >= team.LEAST and threads.is_shared(n, team.LEAST)):
         return None
     outputs: Sequence[Array]
     if out is None:
@@ -114,7 +115,7 @@ def _direct(form: Form, inputs: tuple[Any, ...], out: Any) -> Sequence[Any] | No
         return None
     try:
         # Numba refuses other dtypes and dimensions, and to write to what is read-only.
-        n_invalid = form.kernels["dd"].compiled(*columns, last, *outputs, scalars, n_numbers, 0, n, False, form.nan)
+        n_invalid = form.kernels["dd"].compiled(*columns, last, *outputs, scalars, n_numbers, n, 0, False, form.nan)
     except TypeError:
         return None
     if n_invalid:
@@ -179,16 +180,11 @@ def _run(
     options: Flags,
 ) -> Tally | None:
     """The pairs of arrays of one dimension, on as many threads as they are worth; None where all are valid."""
-    if not threads.is_shared(n):
-        n_invalid = kernel(*columns, *outputs, scalars, n_numbers, 0, n, *options)
-        return Tally(n_invalid, scalars) if n_invalid else None
-
-    def share(start: int, stop: int) -> Tally:
-        own = scalars.copy()
-        n_invalid = kernel(*columns, *outputs, own, n_numbers, start, stop, *options)
-        return Tally(n_invalid, own)
-
-    return _in_all(threads.run(share, n))
+    if threads.is_shared(n, team.LEAST):
+        n_invalid = team.together(lambda seat: kernel(*columns, *outputs, scalars, n_numbers, n, seat, *options))
+    else:
+        n_invalid = kernel(*columns, *outputs, scalars, n_numbers, n, 0, *options)
+    return Tally(n_invalid, scalars) if n_invalid else None
 
 
 def _in_all(tallies: list[Tally]) -> Tally | None:
@@ -254,7 +250,7 @@ def _run_converted(
             ins = [a.filled(where) if isinstance(a, Passage) else a[lo:hi] for a in sources]
             outs = [u.memory[: hi - lo] if isinstance(u, Passage) else u[lo:hi] for u in sinks]
             own = scalars.copy()
-            n_invalid = kernel(*ins, *outs, own, n_numbers, 0, hi - lo, *options)
+            n_invalid = kernel(*ins, *outs, own, n_numbers, hi - lo, 0, *options)
             if n_invalid == REFUSED:  # as it does of the first block, or of none: see `clash`
                 return Tally(REFUSED, own)
             for u in sinks:

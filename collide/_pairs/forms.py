@@ -94,7 +94,7 @@ def _obeys_rules_of_impact(step: Any, results: Any, outputs: Any) -> Any:
 def batch_kernels(
     name: str, n_columns: int, n_outputs: int, body: Callable[..., Any], *before: Any
 ) -> dict[str, Kernel]:
-    """For each storage body(*before, columns, outputs, scalars, n_numbers, start, stop, approaching, nan)."""
+    """For each storage body(*before, columns, outputs, scalars, n_numbers, n, seat, approaching, nan)."""
     function, kernels = spread(name, body, (n_columns, n_outputs, 0, 0, 0, 0, 0, 0), *before), {}
     for given, result in _STORAGES:
         column = types.Array(given, 1, "A", readonly=True)  # takes writable arrays as well

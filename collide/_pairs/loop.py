@@ -13,6 +13,7 @@ from .._compile.elementwise import select
 from .._compile.lanes import any_lane, count, doubt, fill, first, get, leading, out_of_line
 from .._compile.memory import load, store, width_of
 from .._compile.options import formula, rare
+from .._compile.team import hold, in_pieces, let_go
 
 # Outputs of this many bytes each and more will have left the caches before anybody reads them: they stream past.
 STREAM_BYTES = 1 << 21
@@ -41,26 +42,47 @@ def loop(
     outputs: Any,
     scalars: Any,
     n_numbers: int,
-    start: int,
-    stop: int,
+    n: int,
+    seat: int,
     approaching: bool,
     nan: bool,
 ) -> int:
-    """Pairs start to stop of a batch. Returns how many of them are invalid.
+    """The pairs of a batch. Returns how many of them are invalid.
 
     The values of the first of them join those in `scalars`, as in place the columns may not have them any more; behind
-    them stands its number.
+    them stands its number. `seat`: see team.py.
     """
-    flags = approaching, nan
     relation = overlap(columns, outputs, n_numbers)
     if relation < 0:
         return REFUSED
-    width, rows, plain = width_of(outputs), rows_of(outputs), is_plain(columns)
-    head = lead(outputs, start, rows)
+    scalars[len(columns)] = math.inf
     # In place the lines are in the cache already, and a streaming store would throw them out first.
-    streaming = head >= 0 and outputs[0].size * outputs[0].itemsize >= STREAM_BYTES and relation == 0
+    may_stream = outputs[0].size * outputs[0].itemsize >= STREAM_BYTES and relation == 0
     # A float32 column fits float32 outputs; a scalar, a float64, may not: then every step gets the exact check.
     beyond = _beyond(columns, outputs, scalars)
+    lie = rows_of(outputs), is_plain(columns), may_stream, beyond
+    arguments = step_of, obeys_rules, columns, outputs, scalars, lie, (approaching, nan)
+    return in_pieces(_piece, arguments, n, seat)
+
+
+@formula
+def _piece(
+    start: int,
+    stop: int,
+    job: int,
+    step_of: Any,
+    obeys_rules: Any,
+    columns: Any,
+    outputs: Any,
+    scalars: Any,
+    lie: Any,
+    flags: Any,
+) -> int:
+    """Pairs start to stop."""
+    (rows, plain, may_stream, beyond), (approaching, _) = lie, flags
+    width = width_of(outputs)
+    head = lead(outputs, start, rows)
+    streaming = may_stream and head >= 0
     usual = plain and rows == 0 and not approaching and not beyond
     n_invalid = 0
     k = start
@@ -68,9 +90,7 @@ def loop(
     while k < stop:
         if usual and n == width:
             end = stop - (stop - k) % width
-            n_invalid = _usual_steps(
-                step_of, obeys_rules, columns, outputs, scalars, k, end, flags, streaming, n_invalid
-            )
+            n_invalid += _usual_steps(step_of, obeys_rules, columns, outputs, scalars, k, end, flags, streaming, job)
             k = end
         else:
             values = load(columns, scalars, k, n, plain, outputs)
@@ -82,7 +102,7 @@ def loop(
                 # Not `closing > 0`: NaN has to go on to the check.
                 after = each(select, step.closing <= 0.0, step.before, after)
             if break_rules or beyond or any_lane(doubt(step.size, outputs, step.signs)):
-                after, n_bad = _carefully(step_of, obeys_rules, columns, outputs, scalars, k, n, flags, n_invalid == 0)
+                after, n_bad = _carefully(step_of, obeys_rules, columns, outputs, scalars, k, n, flags, job)
                 n_invalid += n_bad
             store(outputs, k, n, after, streaming, rows)
             k += n
@@ -101,17 +121,17 @@ def _usual_steps(
     end: int,
     flags: Any,
     streaming: bool,
-    n_invalid: int,
+    job: int,
 ) -> int:
     """Whole steps over columns without gaps, which nearly all are: what the loop asks at each otherwise is a seventh of
     its time in the caches.
     """
-    width = width_of(outputs)
+    width, n_invalid = width_of(outputs), 0
     while k < end:
         step = step_of(load(columns, scalars, k, width, True, outputs))
         after = step.after
         if any_lane(doubt(step.size, outputs, step.signs)):
-            after, n_bad = _carefully(step_of, obeys_rules, columns, outputs, scalars, k, width, flags, n_invalid == 0)
+            after, n_bad = _carefully(step_of, obeys_rules, columns, outputs, scalars, k, width, flags, job)
             n_invalid += n_bad
         store(outputs, k, width, after, streaming, 0)
         k += width
@@ -120,7 +140,7 @@ def _usual_steps(
 
 @rare
 def _carefully(
-    step_of: Any, obeys_rules: Any, columns: Any, outputs: Any, scalars: Any, k: int, n: int, flags: Any, is_first: bool
+    step_of: Any, obeys_rules: Any, columns: Any, outputs: Any, scalars: Any, k: int, n: int, flags: Any, job: int
 ) -> Any:
     """A step again, with the exact check: the velocities to store, and how many pairs are invalid.
 
@@ -136,11 +156,14 @@ def _carefully(
     bad = leading(~obeys_rules(step, after, outputs), n)
     n_bad = count(bad)
     if n_bad > 0:
-        if is_first:
-            i = first(bad)
-            for c in range(len(values)):
-                scalars[c] = get(values[c], i)
-            scalars[len(values)] = k + i
+        i = first(bad)
+        if k + i < scalars[len(values)]:
+            hold(job)
+            if k + i < scalars[len(values)]:
+                for c in range(len(values)):
+                    scalars[c] = get(values[c], i)  # of a number itself: other threads may be reading it
+                scalars[len(values)] = k + i
+            let_go(job)
         after = each(select, bad, fill(step.before, math.nan) if nan else step.before, after)
     return after, n_bad
 

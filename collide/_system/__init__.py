@@ -1,6 +1,6 @@
 """All that differs by operating system: who ports the library begins here.
 
-threads.py      a range of pairs on a pool of threads
+threads.py      how many threads; a range on a pool of them
 locks.py        locks whose wait cannot be interrupted
 forks.py        what is to be done where a process forks
 memory.py       how much there is

@@ -1,4 +1,4 @@
-"""One range of pairs, split over a pool of threads.
+"""One range, split over a pool of threads, for what Python has to do beside kernels: see _compile/team.py for the rest.
 
 Kernels run without the GIL, so plain threads do, and have none of the faults of Numba's layers: `workqueue` aborts on
 concurrent calls, `omp` kills a forked child. The caller works too, and takes over every share that nobody has begun:
@@ -29,7 +29,6 @@ Result = TypeVar("Result")
 # are there, and whoever is slowed down takes fewer. But each share means taking the GIL again, which beside a busy
 # thread of pure Python can take 5 ms: not too many.
 _LEAST_SHARE = 1 << 15
-LEAST = 2 * _LEAST_SHARE  # below it one thread is enough
 _SHARES_A_THREAD = 4
 # At most so many invitations wait for workers. To accept one whose call has ended does nothing.
 _UNREAD = 256
@@ -74,9 +73,9 @@ def set_num_threads(n: int) -> None:
         _invitations.put(None)
 
 
-def is_shared(n: int) -> bool:
-    """Whether n pairs are worth more than the caller's thread."""
-    return n >= LEAST and get_num_threads() > 1 and not getattr(_local, "alone", False)
+def is_shared(n: int, least: int) -> bool:
+    """Whether n pairs, of which so many are worth two threads, may use more than the caller's."""
+    return n >= least and get_num_threads() > 1 and not getattr(_local, "alone", False)
 
 
 @contextlib.contextmanager
@@ -95,7 +94,7 @@ def run(task: Callable[[int, int], Result], n: int, grain: int = _GRAIN, work: i
 
     Shares begin at multiples of the grain. `work`: how many pairs take the time of one of the n.
     """
-    if not is_shared(n * work):
+    if not is_shared(n * work, 2 * _LEAST_SHARE):
         return [task(0, n)]
     threads = get_num_threads()
     count = min(n * work // _LEAST_SHARE, _SHARES_A_THREAD * threads)

@@ -17,16 +17,18 @@ ORDER = """
     _system.memory  _system.settings  _tables.replacement
     _compile.cache
     _compile.options
-    _compile.kernel
+    _compile.kernel  _system.threads
     _compile.lanes
+    _compile.words
     _compile.arrays  _compile.components  _compile.elementwise  _compile.memory  _compile.kept_memory
+    _compile.team
     _compile.gather
     _formulas.exact
     _formulas.sincos  _formulas.impact
     _formulas.collision
     scalar
     _pairs.loop
-    _pairs.forms  errors  _system.threads  _pairs.arguments
+    _pairs.forms  errors  _pairs.arguments
     _pairs.results  _pairs.blocks
     _cli.limit  _pairs.execution  _contacts.torus
     _contacts.grid

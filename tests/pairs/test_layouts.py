@@ -165,7 +165,7 @@ def test_kernels_know_byte_swapped_arrays():
         for storage, kernel in form.kernels.items():
             columns = [np.ones(n, storage[0]) for _ in form.columns]
             outputs = [np.zeros(n, storage[1]) for _ in form.outputs]
-            rest = np.empty(len(columns) + 1), 0, 0, n, False, False
+            rest = np.empty(len(columns) + 1), 0, n, 0, False, False
             assert kernel.compiled(*columns, *outputs, *rest) >= 0, (name, storage)
             for k in range(len(columns)):
                 given = list(columns)
@@ -320,5 +320,5 @@ def test_kernels_take_odd_steps_themselves(dtype, step):
         x.flags.writeable = False
     out = [np.empty(n, dtype) for _ in want]
     storage = 2 * np.dtype(dtype).char
-    assert form.kernels[storage].compiled(*given, *out, np.empty(6), 0, 0, n, False, True) >= 0
+    assert form.kernels[storage].compiled(*given, *out, np.empty(6), 0, n, 0, False, True) >= 0
     assert_same_bits(out, want)

@@ -70,13 +70,14 @@ def test_bits_do_not_depend_on_the_number_of_threads(form, n):
 def test_first_invalid_pair_and_their_count_do_not_depend_on_the_number_of_threads():
     function, (m1, m2, v1, v2) = batch("1d")
     v1 = v1.copy()
-    bad = [SIZE // 3, SIZE // 2, SIZE - 1]
-    v1[bad] = np.nan
-    for threads in (1, 2, 7):
-        collide.set_num_threads(threads)
-        with pytest.raises(collide.InvalidPairError) as caught:
-            function(m1, m2, v1, v2)
-        assert (caught.value.index, caught.value.count) == ((bad[0],), 3)
+    for bad in ([SIZE // 3, SIZE // 2, SIZE - 1], range(7, SIZE)):
+        v1[list(bad)] = -np.inf
+        v1[bad[0]] = np.nan
+        for threads in (1, 2, 7):
+            collide.set_num_threads(threads)
+            with pytest.raises(collide.InvalidPairError, match="v1 = nan") as caught:
+                function(m1, m2, v1, v2)
+            assert (caught.value.index, caught.value.count) == ((bad[0],), len(bad))
 
 
 @pytest.mark.fast
