@@ -25,13 +25,18 @@ def _first(x: Any, y: Any) -> Any:
 def _move(
     columns: Any, outputs: Any, scalars: Any, numbers: int, n: int, seat: int, approaching: bool, nan: bool
 ) -> int:
-    may_stream = outputs[0].size * outputs[0].itemsize >= STREAM_BYTES
-    lie = rows_of(outputs), is_plain(columns), may_stream
-    return in_pieces(_move_piece, (columns, outputs, scalars, lie), n, seat)
+    found: int = in_pieces(_look, _move_piece, (columns, outputs, scalars), n, seat)
+    return found
 
 
 @formula
-def _move_piece(start: int, stop: int, job: int, columns: Any, outputs: Any, scalars: Any, lie: Any) -> int:
+def _look(columns: Any, outputs: Any, scalars: Any) -> Any:
+    may_stream = outputs[0].size * outputs[0].itemsize >= STREAM_BYTES
+    return (rows_of(outputs), is_plain(columns), may_stream), False
+
+
+@formula
+def _move_piece(start: int, stop: int, job: int, lie: Any, columns: Any, outputs: Any, scalars: Any) -> int:
     rows, plain, may_stream = lie
     width = width_of(outputs)
     head = lead(outputs, start, rows)

@@ -44,14 +44,13 @@ def _is_swapped(typingctx: Any, array: Any) -> Any:
     return types.boolean(array), codegen
 
 
-@rare
+@formula
 def overlap(columns: Any, outputs: Any, n_numbers: int) -> int:
     """How the outputs lie to the columns and to each other: 0 apart, 1 some in place; -1 in any other way.
 
     -1 as well where they are not of one length, but for so many empty columns, which stand for numbers, and where one
     is not what Numba takes it for.
     """
-    out_of_line()
     for a in columns:
         n_numbers -= a.size == 0
         if _is_swapped(a):
@@ -92,10 +91,9 @@ def _meet(a: Any, u: Any) -> int:
     return -1
 
 
-@rare
+@formula
 def is_plain(columns: Any) -> bool:
     """Whether all columns are arrays without gaps; only the last may be a number."""
-    out_of_line()
     others = 0
     for c in columns:
         others += c.size == 0 or c.strides[0] != c.itemsize
@@ -103,10 +101,9 @@ def is_plain(columns: Any) -> bool:
     return others == 0 or (others == 1 and last.size == 0)
 
 
-@rare
+@formula
 def rows_of(outputs: Any) -> int:
     """How the outputs lie: 0 all without gaps; else bit 0, and bit c+1 where number c and the next are rows of two."""
-    out_of_line()
     rows, c, item = 0, 0, outputs[0].itemsize
     while c < len(outputs):
         u, w = outputs[c], outputs[min(c + 1, len(outputs) - 1)]

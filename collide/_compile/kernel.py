@@ -159,6 +159,9 @@ def _introduce(dispatcher: Any, signature: Any) -> None:
         arguments[0 if writable else -1] = None
         with contextlib.suppress(TypeError):
             dispatcher(*arguments)
+    # There is no other: what it calls for the rest is a TypeError without a step of Python's. In its own, which look
+    # types up in dictionaries, an interrupt becomes a KeyError (test_no_interrupt_is_lost).
+    dispatcher._search_new_conversions = "".format
 
 
 _STACK = 1 << 23  # bytes that Numba and LLVM may need; a program may have asked for smaller threads

@@ -17,8 +17,8 @@ from .._compile.team import hold, in_pieces, let_go
 
 # Outputs of this many bytes each and more will have left the caches before anybody reads them: they stream past.
 STREAM_BYTES = 1 << 21
-# Returned as the number of invalid pairs where nothing has been written: arrays are of different lengths, or not what
-# Numba takes them for, or an output overlaps an input otherwise than in place, or another output.
+# What `in_pieces` returns, not the number of invalid pairs, where nothing has been written: arrays are of different
+# lengths, or not what Numba takes them for, or an output overlaps an input otherwise than in place, or another output.
 REFUSED = -1
 
 
@@ -52,17 +52,19 @@ def loop(
     The values of the first of them join those in `scalars`, as in place the columns may not have them any more; behind
     them stands its number. `seat`: see team.py.
     """
-    relation = overlap(columns, outputs, n_numbers)
-    if relation < 0:
-        return REFUSED
     scalars[len(columns)] = math.inf
+    arguments = step_of, obeys_rules, columns, outputs, scalars, n_numbers, (approaching, nan)
+    found: int = in_pieces(_look, _piece, arguments, n, seat)
+    return found
+
+
+@formula
+def _look(step_of: Any, obeys_rules: Any, columns: Any, outputs: Any, scalars: Any, n_numbers: int, flags: Any) -> Any:
+    """How the arrays lie, and whether they are refused."""
+    relation = overlap(columns, outputs, n_numbers)
     # In place the lines are in the cache already, and a streaming store would throw them out first.
     may_stream = outputs[0].size * outputs[0].itemsize >= STREAM_BYTES and relation == 0
-    # A float32 column fits float32 outputs; a scalar, a float64, may not: then every step gets the exact check.
-    beyond = _beyond(columns, outputs, scalars)
-    lie = rows_of(outputs), is_plain(columns), may_stream, beyond
-    arguments = step_of, obeys_rules, columns, outputs, scalars, lie, (approaching, nan)
-    return in_pieces(_piece, arguments, n, seat)
+    return (rows_of(outputs), is_plain(columns), may_stream, _beyond(columns, outputs, scalars)), relation < 0
 
 
 @formula
@@ -70,12 +72,13 @@ def _piece(
     start: int,
     stop: int,
     job: int,
+    lie: Any,
     step_of: Any,
     obeys_rules: Any,
     columns: Any,
     outputs: Any,
     scalars: Any,
-    lie: Any,
+    n_numbers: int,
     flags: Any,
 ) -> int:
     """Pairs start to stop."""
@@ -168,10 +171,12 @@ def _carefully(
     return after, n_bad
 
 
-@rare
+@formula
 def _beyond(columns: Any, outputs: Any, scalars: Any) -> bool:
-    """Whether a scalar, other than masses and restitution, is beyond the numbers of the outputs' dtype."""
-    out_of_line()
+    """Whether a scalar, other than masses and restitution, is beyond the numbers of the outputs' dtype.
+
+    A float32 column fits float32 outputs; a scalar, a float64, may not: then every step gets the exact check.
+    """
     for c in range(2, len(columns) - 1):
         if columns[c].size == 0 and not abs(scalars[c]) <= np.finfo(outputs[0].dtype).max:
             return True

@@ -27,23 +27,33 @@ def compiled(function, *arguments):
     return lambda *given: team.together(lambda seat: made(*given, seat))
 
 
-def look(marks, n, seat):  # pairs in all, and of each how often it has been taken
-    return team.in_pieces(_mark, (marks,), n, seat)
+@options.formula
+def _look(first):
+    return 0, False
 
 
 @options.formula
-def _mark(start, stop, job, marks):
+def _look_at_two(first, second):
+    return 0, False
+
+
+def look(marks, n, seat):  # pairs in all, and of each how often it has been taken
+    return team.in_pieces(_look, _mark, (marks,), n, seat)
+
+
+@options.formula
+def _mark(start, stop, job, facts, marks):
     for i in range(start, stop):
         marks[i] += 1
     return stop - start
 
 
 def meet(counter, least, n, seat):  # the pieces that have seen so many others begin
-    return team.in_pieces(_meet, (counter, least), n, seat)
+    return team.in_pieces(_look_at_two, _meet, (counter, least), n, seat)
 
 
 @options.formula
-def _meet(start, stop, job, counter, least):
+def _meet(start, stop, job, facts, counter, least):
     add_to(address(counter), 1)
     waited = 0
     while seen(address(counter)) < least and waited < 1_000_000_000:
@@ -53,11 +63,11 @@ def _meet(start, stop, job, counter, least):
 
 
 def hold(state, n, seat):  # begun, may end, ended
-    return team.in_pieces(_hold, (state,), n, seat)
+    return team.in_pieces(_look, _hold, (state,), n, seat)
 
 
 @options.formula
-def _hold(start, stop, job, state):
+def _hold(start, stop, job, facts, state):
     add_to(address(state), 1)
     while seen(address(state) + 8) == 0:
         pause()
@@ -66,11 +76,11 @@ def _hold(start, stop, job, state):
 
 
 def write_late(values, pauses, n, seat):
-    return team.in_pieces(_write_late, (values, pauses), n, seat)
+    return team.in_pieces(_look_at_two, _write_late, (values, pauses), n, seat)
 
 
 @options.formula
-def _write_late(start, stop, job, values, pauses):
+def _write_late(start, stop, job, facts, values, pauses):
     for _ in range(pauses * (start // 4096 % 3)):
         pause()
     for i in range(start, stop):
@@ -79,11 +89,11 @@ def _write_late(start, stop, job, values, pauses):
 
 
 def count_together(total, n, seat):
-    return team.in_pieces(_count_together, (total,), n, seat)
+    return team.in_pieces(_look, _count_together, (total,), n, seat)
 
 
 @options.formula
-def _count_together(start, stop, job, total):
+def _count_together(start, stop, job, facts, total):
     for _ in range(start, stop):
         team.hold(job)
         before = seen(address(total))

@@ -150,7 +150,7 @@ PRIVATE = {
     "numba.core.typing.templates.infer_global",
     "numba.core.typing.templates.signature",
 }
-PRIVATE_ATTRIBUTES = {"_cache", "_rebuild", "_reduce", "_search_new_conversions"}
+PRIVATE_ATTRIBUTES = {"_cache", "_getvalue", "_rebuild", "_reduce", "_search_new_conversions"}
 PUBLIC = {
     "llvmlite",
     "numba",

@@ -15,6 +15,7 @@ from dask.distributed import Client, LocalCluster
 
 import collide
 import collide.dask
+from collide._compile import team
 
 N = 10_000
 RNG = np.random.default_rng(0)
@@ -198,14 +199,14 @@ def test_on_threads_no_more_run_than_dask_has(calls, keep_threads, monkeypatch):
     """Not even for chunks that a plain call would share out."""
     collide.set_num_threads(4)
     columns = [da.from_array(RNG.uniform(0.5, 2.0, 1_000_000), chunks=250_000) for _ in range(4)]
-    invite, invited = collide._system.threads._invite, []
-    monkeypatch.setattr(collide._system.threads, "_invite", lambda those: (invited.append(those), invite(those)))
+    together, shared = team.together, []
+    monkeypatch.setattr(team, "together", lambda kernel: shared.append(kernel) or together(kernel))
     with dask.config.set(scheduler="threads", num_workers=2):
         dask.compute(*collide.dask.resolve_1d(*columns))
     assert len({thread for thread, _ in calls}) <= 2
-    assert not invited  # no thread of collide's was even asked
+    assert not shared  # no thread of collide's was even asked
     collide.resolve_1d(*(np.ones(1_000_000),) * 4)
-    assert invited
+    assert shared
 
 
 @pytest.mark.parametrize("name", CALLS)

@@ -48,10 +48,8 @@ def printed_by(code, seed=0, **variables):
 
 
 # Many short calls, so that each step of handing out is hit; and long ones, which are still waiting for their workers
-# when the next interrupts come. Byte-swapped arrays pass through blocks, in Python's steps.
-@pytest.mark.parametrize(
-    ("interrupts", "bits", "kind"), [(1, 16, "<f8"), (1, 16, ">f8"), (2, 21, ">f8"), (5, 21, ">f8")]
-)
+# when the next interrupts come. Integers pass through blocks, in Python's steps.
+@pytest.mark.parametrize(("interrupts", "bits", "kind"), [(1, 16, "f8"), (1, 16, "i4"), (2, 21, "i4"), (5, 21, "i4")])
 @sizes(usual=30, campaign=400)
 def test_an_interrupted_call_leaves_its_arrays_alone(interrupts, bits, kind, size):
     code = f"""
@@ -88,6 +86,36 @@ print(hits, late, right(), more)
     hits, late, usable, more = printed_by(code, interrupts).split()
     assert int(hits) >= size
     assert (late, usable, int(more) > 0) == ("0", "True", interrupts > 1)
+
+
+@pytest.mark.parametrize("kind", ["f8", "f4", "i4", ">f8"])
+@sizes(usual=300, campaign=3000)
+def test_no_interrupt_is_lost(kind, size):
+    """Where Numba looks for a type, it would become another error, and that a sign that the arrays are unusual."""
+    code = f"""
+few = [np.full(3, x) for x in (1.0, 3.0, 4.0, 0.0)]
+few[1] = few[1].astype("{kind}")
+raised = caught = 0
+
+def interrupt(number, frame):
+    global raised
+    raised += 1
+    raise KeyboardInterrupt
+
+signal.signal(signal.SIGALRM, interrupt)
+collide.resolve_1d(*few)
+while caught < {size} and raised == caught:
+    try:
+        signal.setitimer(signal.ITIMER_REAL, random.uniform(1e-5, 2e-4))
+        while True:
+            collide.resolve_1d(*few)
+            if raised > caught:
+                break
+    except KeyboardInterrupt:
+        caught += 1
+print(raised, caught)
+"""
+    assert printed_by(code) == f"{size} {size}\n"
 
 
 @sizes(usual=300, campaign=1500)
