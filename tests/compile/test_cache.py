@@ -1,7 +1,6 @@
 """The cache of compiled kernels: found again, never damaged or another's, and never a reason to fail."""
 
 import importlib.machinery
-import importlib.util
 import os
 import pickle
 import time
@@ -169,19 +168,6 @@ def test_nothing_is_kept_where_files_have_no_rights(cache, loads, monkeypatch):
     assert list(cache.iterdir()) == []
 
 
-def test_platform_without_owners_and_rights(cache, loads, monkeypatch):
-    for name in ("geteuid", "fchmod", "O_NONBLOCK", "O_NOFOLLOW"):
-        monkeypatch.delattr(os, name)
-    spec = importlib.util.spec_from_file_location("collide._system.ownership", ownership.__file__)
-    there = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(there)
-    for name in ("_OWNED", "_CAREFUL"):
-        monkeypatch.setattr(ownership, name, getattr(there, name))
-    assert not loads()
-    only(cache).chmod(0o666)  # as all files are there
-    assert loads()
-
-
 def test_folder_that_cannot_be_written_to_is_tried_once(cache, loads, monkeypatch):
     """tempfile tries other names there, 2**31 of them on Windows."""
     opened = []
@@ -191,7 +177,7 @@ def test_folder_that_cannot_be_written_to_is_tried_once(cache, loads, monkeypatc
         raise PermissionError
 
     cache.mkdir(parents=True)
-    monkeypatch.setattr(_cache.os, "open", refuse)
+    monkeypatch.setattr(os, "open", refuse)
     assert not loads()
     assert opened == [cache] * 3  # to read the user's and root's, and to write
 

@@ -13,8 +13,8 @@ from tests.helpers import process
 PACKAGE = Path(collide.__file__).parent
 # Each module imports from earlier lines only.
 ORDER = """
-    _typing  _system.signals  _system.locks  _system.forks  _system.ownership  _system.renaming
-    _system.memory  _system.settings  _tables.replacement
+    _typing  _system.signals  _system.locks  _system.forks  _system.disk  _system.ownership  _system.renaming
+    _system.memory  _system.messages  _system.processors  _system.settings  _tables.replacement
     _compile.cache
     _compile.options
     _compile.kernel

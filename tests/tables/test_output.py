@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from collide._system import renaming
+from collide._system import disk, renaming
 from collide._tables import replacement, stream
 from tests.helpers import process
 from tests.helpers.tables import (
@@ -340,20 +340,20 @@ def test_an_input_in_the_output(how, overwrite, tmp_path, capsys):
 
 def when_all_is_written(monkeypatch, action):
     """And has not its name yet."""
-    sync, done = renaming.sync, []
+    sync, done = disk.sync, []
 
-    def syncing(path):
+    def syncing(*arguments):
         if not done:
             done.append(action())
-        sync(path)
+        sync(*arguments)
 
-    monkeypatch.setattr(renaming, "sync", syncing)
+    monkeypatch.setattr(disk, "sync", syncing)
 
 
 SYSTEMS = {
     "this system": lambda monkeypatch: None,
     "no renameat2": lambda monkeypatch: monkeypatch.setattr(renaming.ctypes, "CDLL", lambda name, **options: object()),
-    "no such renameat2": lambda monkeypatch: monkeypatch.setattr(renaming, "_renameat2", lambda one, other, how: False),
+    "no such renameat2": lambda monkeypatch: monkeypatch.setattr(renaming, "_renamed", lambda one, other, how: False),
 }
 
 
