@@ -9,9 +9,10 @@ if sys.platform == "win32":
     import ctypes
 
     def reason(error: OSError) -> str:
-        """What is wrong, and of which file not; its own number says more than the one that it has in C."""
-        if error.winerror:
-            return ctypes.FormatError(error.winerror)
+        """What is wrong, and of which file not. The system's own number says more than that of C."""
+        own: int | None = getattr(error, "winerror", None)
+        if own:
+            return ctypes.FormatError(own)
         return os.strerror(error.errno) if error.errno else str(error)
 
 else:

@@ -64,21 +64,27 @@ if sys.platform == "win32":
         return how == _KEEP
 
 else:
-    # Of macOS's renamex_np RENAME_EXCL and RENAME_SWAP, of Linux's renameat2 RENAME_NOREPLACE and RENAME_EXCHANGE.
-    _KEEP, _EXCHANGE = (4, 2) if sys.platform == "darwin" else (1, 2)
-    _HERE = -100  # AT_FDCWD
 
     def _renamed(one: Path, other: Path, how: int) -> bool:
         """Whether the system has done it: some cannot, nor can all file systems."""
-        names = os.fsencode(one), os.fsencode(other)
         try:
-            library = ctypes.CDLL(None, use_errno=True)
-            if sys.platform == "darwin":
-                failed = library.renamex_np(*names, how)
-            else:
-                failed = library.renameat2(_HERE, names[0], _HERE, names[1], how)
+            failed = _call(ctypes.CDLL(None, use_errno=True), os.fsencode(one), os.fsencode(other), how)
         except (AttributeError, OSError):  # no such function in the C library
             return False
         if failed and ctypes.get_errno() == errno.EEXIST:
             raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(other))
         return not failed
+
+
+if sys.platform == "darwin":
+    _KEEP, _EXCHANGE = 4, 2  # RENAME_EXCL, RENAME_SWAP
+
+    def _call(library: ctypes.CDLL, one: bytes, other: bytes, how: int) -> int:
+        return int(library.renamex_np(one, other, how))
+
+elif sys.platform != "win32":
+    _KEEP, _EXCHANGE = 1, 2  # RENAME_NOREPLACE, RENAME_EXCHANGE
+    _HERE = -100  # AT_FDCWD
+
+    def _call(library: ctypes.CDLL, one: bytes, other: bytes, how: int) -> int:
+        return int(library.renameat2(_HERE, one, _HERE, other, how))
