@@ -64,11 +64,11 @@ LACKS = {
         **dict.fromkeys(["ossaudiodev", "spwd"], "*"),
         "os": """
             CLONE_* EFD_* GRND_* MFD_* O_DIRECT O_LARGEFILE O_NOATIME O_PATH O_RSYNC O_TMPFILE PIDFD_* POSIX_FADV_*
-            P_PIDFD RTLD_DEEPBIND RWF_* SCHED_BATCH SCHED_IDLE SCHED_RESET_ON_FORK SPLICE_* ST_APPEND ST_MANDLOCK
-            ST_NOATIME ST_NODEV ST_NODIRATIME ST_NOEXEC ST_RELATIME ST_SYNCHRONOUS ST_WRITE TFD_* XATTR_*
-            copy_file_range eventfd* fdatasync getrandom getres* getxattr listxattr memfd_create pidfd_open pipe2
-            posix_fadvise posix_fallocate removexattr sched_get[aps]* sched_rr_get_interval sched_set* setns setres*
-            setxattr splice timerfd_* unshare
+            POSIX_SPAWN_CLOSEFROM P_PIDFD RTLD_DEEPBIND RWF_* SCHED_BATCH SCHED_IDLE SCHED_RESET_ON_FORK SPLICE_*
+            ST_APPEND ST_MANDLOCK ST_NOATIME ST_NODEV ST_NODIRATIME ST_NOEXEC ST_RELATIME ST_SYNCHRONOUS ST_WRITE
+            TFD_* XATTR_* copy_file_range eventfd* fdatasync getrandom getres* getxattr listxattr memfd_create
+            pidfd_open pipe2 posix_fadvise posix_fallocate removexattr sched_get[aps]* sched_rr_get_interval sched_set*
+            setns setres* setxattr splice timerfd_* unshare
         """
         + ("waitid*" if sys.version_info < (3, 13) else ""),
         "signal": "SIGCLD SIGPOLL SIGPWR SIGRT* SIGSTKFLT pidfd_send_signal sigtimedwait sigwaitinfo struct_siginfo",
@@ -76,8 +76,9 @@ LACKS = {
         "MADV_NOHUGEPAGE MADV_REMOVE MAP_DENYWRITE MAP_EXECUTABLE MAP_POPULATE MAP_STACK",
         "time": "CLOCK_BOOTTIME CLOCK_TAI pthread_getcpuclockid",
         "select": "EPOLL* POLLMSG POLLRDHUP epoll",
-        "fcntl": "DN_* F_ADD_SEALS F_EXLCK F_GETLK64 F_GETPIPE_SZ F_GETSIG F_GET_SEALS F_NOTIFY F_SEAL_* F_SETLK*64 "
-        "F_SETPIPE_SZ F_SETSIG F_SHLCK LOCK_MAND LOCK_READ LOCK_RW LOCK_WRITE",
+        "fcntl": "DN_* FICLONE* F_ADD_SEALS F_EXLCK F_GETLK64 F_GETPIPE_SZ F_GETSIG F_GET_SEALS F_NOTIFY F_SEAL_* "
+        "F_SETLK*64 F_*_RW_HINT F_*OWN_EX F_OWNER_* F_SETPIPE_SZ F_SETSIG F_SHLCK RWH_* LOCK_MAND "
+        "LOCK_READ LOCK_RW LOCK_WRITE",
         "resource": "RLIMIT_MSGQUEUE RLIMIT_NICE RLIMIT_OFILE RLIMIT_RT* RLIMIT_SIGPENDING RUSAGE_THREAD prlimit",
     },
 }

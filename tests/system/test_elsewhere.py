@@ -113,6 +113,10 @@ if elsewhere.SYSTEM == "windows":
         assert_one_line(capsys, target, "the system's words for 5")
         assert sorted(tmp_path.iterdir()) == [source, target]
 
+    def test_a_folder_is_not_shut_to_others_for_good(tmp_path):
+        assert resolve(write(tmp_path / "a", LINE), tmp_path / "b") == 0
+        assert (tmp_path / "b").stat().st_mode == (tmp_path / "a").stat().st_mode
+
     @pytest.mark.parametrize("name", ["aux", "Con", "lpt1", "m1:u1", "a\\b", "what?"])
     def test_devices_and_parts_of_files_are_no_columns(name, tmp_path, capsys):
         source = write(tmp_path / "a", LINE)
