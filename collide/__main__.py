@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from ._system.messages import reason
 from ._system.signals import THE_COMMAND, ending, interruptible
 
 with interruptible():
@@ -64,7 +65,7 @@ def _run(options: argparse.Namespace) -> int:
     except MemoryError as error:
         return _fail(f"{options.input}: {str(error) or 'out of memory'}", 1)
     except OSError as error:
-        return _fail(f"{options.output}: {os.strerror(error.errno) if error.errno else error}", 1)
+        return _fail(f"{options.output}: {reason(error)}", 1)
     return 0
 
 

@@ -108,10 +108,8 @@ def _read(path: Path, owner: int) -> bytes:
 
 def _write(path: Path, owner: int, payload: bytes) -> None:
     """Written aside and renamed: another process never reads half a file."""
-    # Not by tempfile: in a folder without the right to write, it tries 2**31 names on Windows.
     temporary = path.with_name(f"{path.name}.{os.urandom(8).hex()}.tmp")
-    # Open to nobody else until its rights are known, whatever the umask.
-    with open(temporary, "xb", opener=lambda name, flags: os.open(name, flags, 0o600)) as file:
+    with ownership.new_file(temporary) as file:
         try:
             ownership.show_to_others(file.fileno())
             if not ownership.is_safe(file.fileno(), owner):

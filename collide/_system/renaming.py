@@ -1,4 +1,4 @@
-"""Names of files and folders, changed in one step where the system can, and files that are on the disk by then."""
+"""Names of files and folders: which there may be, and how they change in one step, where the system can."""
 
 from __future__ import annotations
 
@@ -6,19 +6,18 @@ import contextlib
 import ctypes
 import errno
 import os
+import re
+import sys
 from pathlib import Path
 
-# Of Linux's renameat2.
-_HERE, _KEEP, _EXCHANGE = -100, 1, 2  # AT_FDCWD, RENAME_NOREPLACE, RENAME_EXCHANGE
+# Windows would write to the device, or to a stream of the file before the colon, and say nothing.
+_DEVICES_AND_PARTS = r"""(?i)[<>:"/\\|?*]|^(con|prn|aux|nul|com\d|lpt\d)(\.|$)"""
+_TAKEN = re.compile(_DEVICES_AND_PARTS if sys.platform == "win32" else "\0")
 
 
-def sync(path: Path) -> None:
-    """To the disk: a name must not be there before its content, whatever happens to the machine."""
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
+def can_be_called(name: str) -> bool:
+    """Whether a file may have this name: what names another folder, a device or a part of a file may not."""
+    return Path(name).name == name and not _TAKEN.search(name)
 
 
 def rename_if_free(temporary: Path, path: Path, is_folder: bool) -> None:
@@ -27,7 +26,7 @@ def rename_if_free(temporary: Path, path: Path, is_folder: bool) -> None:
     That moment is better than a look before an ordinary rename, which would replace what comes in between.
     """
     try:
-        if _renameat2(temporary, path, _KEEP):
+        if _renamed(temporary, path, _KEEP):
             return
         path.mkdir() if is_folder else path.touch(exist_ok=False)
     except FileExistsError:
@@ -43,7 +42,7 @@ def rename_if_free(temporary: Path, path: Path, is_folder: bool) -> None:
 
 def exchange(one: Path, other: Path) -> None:
     """Two folders change their names: at once where the system can, else with a moment in which `other` is away."""
-    if _renameat2(one, other, _EXCHANGE):
+    if _renamed(one, other, _EXCHANGE):
         return
     aside = one.with_suffix(".old")
     other.rename(aside)
@@ -55,14 +54,37 @@ def exchange(one: Path, other: Path) -> None:
     aside.rename(one)
 
 
-def _renameat2(one: Path, other: Path, how: int) -> bool:
-    """Whether the system has done it: some cannot, nor can all file systems."""
-    try:
-        renameat2 = ctypes.CDLL(None, use_errno=True).renameat2
-    except (AttributeError, OSError):  # no such function in the C library
-        return False
-    if renameat2(_HERE, os.fsencode(one), _HERE, os.fsencode(other), how) == 0:
-        return True
-    if ctypes.get_errno() == errno.EEXIST:
-        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(other))
-    return False
+if sys.platform == "win32":
+    _KEEP, _EXCHANGE = "keep", "exchange"
+
+    def _renamed(one: Path, other: Path, how: str) -> bool:
+        """Whether the system has done it: it cannot exchange, and renames only to what is free."""
+        if how == _KEEP:
+            one.rename(other)
+        return how == _KEEP
+
+else:
+
+    def _renamed(one: Path, other: Path, how: int) -> bool:
+        """Whether the system has done it: some cannot, nor can all file systems."""
+        try:
+            failed = _call(ctypes.CDLL(None, use_errno=True), os.fsencode(one), os.fsencode(other), how)
+        except (AttributeError, OSError):  # no such function in the C library
+            return False
+        if failed and ctypes.get_errno() == errno.EEXIST:
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(other))
+        return not failed
+
+
+if sys.platform == "darwin":
+    _KEEP, _EXCHANGE = 4, 2  # RENAME_EXCL, RENAME_SWAP
+
+    def _call(library: ctypes.CDLL, one: bytes, other: bytes, how: int) -> int:
+        return int(library.renamex_np(one, other, how))
+
+elif sys.platform != "win32":
+    _KEEP, _EXCHANGE = 1, 2  # RENAME_NOREPLACE, RENAME_EXCHANGE
+    _HERE = -100  # AT_FDCWD
+
+    def _call(library: ctypes.CDLL, one: bytes, other: bytes, how: int) -> int:
+        return int(library.renameat2(_HERE, one, _HERE, other, how))

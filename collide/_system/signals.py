@@ -52,12 +52,16 @@ def _end(number: int, frame: object) -> NoReturn:
         os._exit(128 + number)
 
 
+# A termination, a terminal that is closed; on Windows, where neither comes as a signal, Ctrl-Break.
+ENDS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
+
+
 @contextlib.contextmanager
 def ending() -> Iterator[None]:
     """Where a termination, too, removes the temporary file, and a terminal that is closed."""
     before = {}
     try:
-        for number in (signal.SIGTERM, signal.SIGHUP):
+        for number in ENDS:
             if signal.getsignal(number) == signal.SIG_DFL:
                 with contextlib.suppress(ValueError):  # not the main thread
                     before[number] = signal.signal(number, lambda number, _: sys.exit(128 + number))

@@ -10,16 +10,13 @@ from __future__ import annotations
 import _thread
 import contextlib
 import itertools
-import math
-import os
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, Generic, TypeVar
 
-from . import locks, settings
+from . import locks, processors, settings
 from .forks import at_fork
 
 Result = TypeVar("Result")
@@ -213,23 +210,7 @@ def _serve() -> None:
 
 def _default_num_threads() -> int:
     given = settings.of_environment("COLLIDE_NUM_THREADS", least=1)
-    if given is not None:
-        return given
-    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return max(1, min(available, _quota()))
-
-
-def _quota() -> int:
-    """The processors that the control group grants, rounded up; a very large number where it sets no limit."""
-    with contextlib.suppress(OSError, ValueError):  # version 2; "max" is no number
-        quota, period = Path("/sys/fs/cgroup/cpu.max").read_text().split()
-        return math.ceil(int(quota) / int(period))
-    with contextlib.suppress(OSError, ValueError):  # version 1; -1 is no limit
-        folder = Path("/sys/fs/cgroup/cpu")
-        quota_us = int((folder / "cpu.cfs_quota_us").read_text())
-        if quota_us > 0:
-            return math.ceil(quota_us / int((folder / "cpu.cfs_period_us").read_text()))
-    return 1 << 30
+    return processors.available() if given is None else given
 
 
 def _after_fork() -> None:

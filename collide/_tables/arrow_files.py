@@ -10,6 +10,7 @@ from typing import Any
 
 import pyarrow as pa
 
+from .._system.messages import reason
 from .._typing import Array
 from .arrow_batches import from_numpy, no_rows, to_numpy
 from .by_name import Columns, TableError
@@ -30,7 +31,7 @@ class ArrowFile(Source):
         try:
             self._file = opened(path, "rb")
         except OSError as error:
-            raise TableError(f"cannot be read ({os.strerror(error.errno or 0)})") from None
+            raise TableError(f"cannot be read ({reason(error)})") from None
         self._size = size(self._file.fileno())
 
     def close(self) -> None:

@@ -11,6 +11,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from .._system import renaming
 from .._typing import Array
 from . import stream
 from .by_name import Columns, ColumnTypeError, TableError, counted
@@ -103,7 +104,7 @@ class Folder(Source):
 
     def select(self, columns: Columns) -> dict[str, Array]:
         for name in columns.outputs:
-            if Path(name).name != name:
+            if not renaming.can_be_called(name):
                 raise TableError(f"column {name}: cannot be the name of a file")
         self._columns = {argument: self._column(name) for argument, name in columns.inputs.items()}
         shaped = {argument: column.shaped for argument, column in self._columns.items()}
@@ -129,20 +130,17 @@ class Folder(Source):
         colliding = {column.name for column in self._columns.values()}
         for name in self._files:
             if name not in colliding:
-                with _opened(name, self._files[name]) as original, (path / f"{name}.npy").open("wb") as copy:
+                with _opened(name, self._files[name]) as original, _created(path, name) as copy:
                     for chunk in _chunks(name, original):
                         copy.write(chunk)
         with contextlib.ExitStack() as stack:
-
-            def create(name: str) -> IO[bytes]:
-                return stack.enter_context((path / f"{name}.npy").open("wb"))
-
-            copies = {argument: create(column.name) for argument, column in self._columns.items()}
+            columns = self._columns.items()
+            copies = {argument: stack.enter_context(_created(path, column.name)) for argument, column in columns}
             for argument, file in copies.items():
                 file.write(self._columns[argument].header)
                 if argument in self._single:
                     file.write(self._single[argument].data)
-            results = [create(name) for name in outputs]
+            results = [stack.enter_context(_created(path, name)) for name in outputs]
             for file, u in zip(results, outputs.values(), strict=True):
                 shape = () if self.n_rows is None else (self.n_rows,)
                 header = {"descr": u.dtype.str, "fortran_order": False, "shape": shape}
@@ -163,6 +161,14 @@ def _opened(name: str, path: Path) -> IO[bytes]:
         return path.open("rb")
     except OSError as error:
         raise TableError(f"column {name}: cannot be read ({error.strerror})") from None
+
+
+def _created(folder: Path, name: str) -> IO[bytes]:
+    """A new column; not over another, whose name is the same to a system that takes v1 and V1 for one."""
+    try:
+        return (folder / f"{name}.npy").open("xb")
+    except FileExistsError:
+        raise TableError(f"column {name}: there is one whose name is the same to this system") from None
 
 
 def _chunks(name: str, file: IO[bytes]) -> Iterator[bytes]:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import os
-import tempfile
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from .._system import renaming
+from .._system import disk, ownership, renaming
 
 _PAUSE = 0.05  # seconds between two looks at what is to be written to the disk
 
@@ -22,19 +21,15 @@ def output(path: Path, is_folder: bool, overwrite: bool) -> Iterator[Path]:
     Unless it is to be overwritten, nothing that is at `path` by then is replaced. A folder is replaced only if it holds
     nothing but .npy files then; else it stays, and that is an error.
     """
-    prefix = f".{path.name[:40]}."
+    temporary = path.with_name(f".{path.name[:40]}.{os.urandom(8).hex()}.tmp")
     if is_folder:
-        temporary = Path(tempfile.mkdtemp(".tmp", prefix, path.parent))
+        ownership.new_folder(temporary)
     else:
-        handle, name = tempfile.mkstemp(".tmp", prefix, path.parent)
-        os.close(handle)
-        temporary = Path(name)
+        ownership.new_file(temporary).close()
     try:
         with _synced(temporary):
             yield temporary
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(path.stat().st_mode & 0o777 if path.exists() else (0o777 if is_folder else 0o666) & ~mask)
+        ownership.give_rights(temporary, path)
         if not overwrite:
             renaming.rename_if_free(temporary, path, is_folder)
         elif is_folder and path.exists():
@@ -53,13 +48,13 @@ def _synced(path: Path) -> Iterator[None]:
     """On the disk at the end, for the most part before: it is written there while more comes."""
     ended = threading.Event()
 
-    def sync() -> None:
+    def sync(last: bool) -> None:
         for written in (path, *path.iterdir()) if path.is_dir() else (path,):
-            renaming.sync(written)
+            disk.sync(written, last)
 
     def sync_now_and_then() -> None:
         while not ended.wait(_PAUSE):
-            sync()
+            sync(last=False)
 
     with ThreadPoolExecutor(1) as pool:
         try:
@@ -68,7 +63,7 @@ def _synced(path: Path) -> Iterator[None]:
         finally:
             ended.set()
         syncing.result()  # an error of the disk, which it tells only once
-        sync()
+        sync(last=True)
 
 
 def columns_only(path: Path) -> bool:

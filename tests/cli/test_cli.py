@@ -12,6 +12,7 @@ import pytest
 
 import collide
 from collide.__main__ import UsageError
+from collide._system import signals
 from collide._tables import by_name, stream
 from collide._tables.conservation import Conservation
 from tests.helpers import process
@@ -154,8 +155,7 @@ ENDINGS = {
     "memory": (MemoryError(), 1),
     "the system": (OSError(28, "No space left"), 1),
     "an interrupt": (KeyboardInterrupt(), 130),
-    "a termination": (signal.SIGTERM, 143),
-    "a closed terminal": (signal.SIGHUP, 129),
+    **{f"signal {number}": (signal.Signals(number), 128 + number) for number in signals.ENDS},
     "a defect": (ZeroDivisionError(), None),
 }
 
@@ -177,16 +177,16 @@ def test_signal_handlers_are_put_back(ours, ending, source, target, monkeypatch)
 
     write(source, LINE)
     monkeypatch.setattr(stream, "run", end)
-    before = [signal.signal(number, ours) for number in (signal.SIGTERM, signal.SIGHUP)]
+    before = [signal.signal(number, ours) for number in signals.ENDS]
     try:
         if code is None:
             with pytest.raises(ZeroDivisionError):
                 resolve(source, target)
         else:
             assert resolve(source, target) == code
-        after = [signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)]
+        after = [signal.getsignal(number) for number in (*signals.ENDS, signal.SIGINT)]
     finally:
-        for number, handler in zip((signal.SIGTERM, signal.SIGHUP), before, strict=True):
+        for number, handler in zip(signals.ENDS, before, strict=True):
             signal.signal(number, handler)
     assert after == [ours, ours, signal.getsignal(signal.SIGINT)]
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 import collide
-from tests.helpers import process
+from tests.helpers import elsewhere, process
 
 PACKAGE = Path(collide.__file__).parent
 # Each module imports from earlier lines only.
 ORDER = """
-    _typing  _system.signals  _system.locks  _system.forks  _system.ownership  _system.renaming
-    _system.memory  _system.settings  _tables.replacement
+    _typing  _system.signals  _system.locks  _system.forks  _system.disk  _system.ownership  _system.renaming
+    _system.memory  _system.messages  _system.processors  _system.settings  _tables.replacement
     _compile.cache
     _compile.options
     _compile.kernel  _system.threads
@@ -91,6 +91,72 @@ def test_compile_options_are_in_one_place(path):
 @pytest.mark.parametrize("path", sorted(PACKAGE.glob("examples/*.py")), ids=lambda path: path.stem)
 def test_examples_compile_as_a_user_would_without_options(path):
     assert not OPTIONS.search(re.sub(r"^@numba\.njit(?=\s)", "", path.read_text(), flags=re.MULTILINE))
+
+
+# What is everywhere and not the same, beside what some systems lack; "": the module is not to be imported at all.
+DIFFERENT = {
+    "ctypes": {"CDLL", "FormatError", "OleDLL", "WinDLL", "WinError", "cdll", "oledll", "util", "windll"},
+    "os": {"chmod", "fsync", "kill", "link", "name", "process_cpu_count", "rename", "symlink", "umask"},
+    "platform": {""},
+    "sys": {"getwindowsversion", "platform"},
+    "tempfile": {""},  # before Python 3.13 it tries 2**31 names in a folder of Windows's that is not writable
+}
+ASKED = {"ctypes", "mmap", "os", "select", "signal", "socket", "time"}  # by hasattr and getattr
+
+
+def asks_the_system(tree):
+    """What a module uses that is not on all systems or not the same there, or looks for."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            used = [(alias.name, "") for alias in node.names]
+            if any(alias.asname and alias.name in {*DIFFERENT, *elsewhere.LACKS["windows"]} for alias in node.names):
+                yield ast.unparse(node)  # by another name it would not be found below
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            used = [(node.module, ""), *((node.module, alias.name) for alias in node.names)]
+        elif isinstance(node, ast.Attribute):
+            used = [(ast.unparse(node.value), node.attr)]
+        else:
+            used = []
+            is_asking = isinstance(node, ast.Call) and ast.unparse(node.func) in ("hasattr", "getattr")
+            if is_asking and ast.unparse(node.args[0]) in ASKED:
+                yield ast.unparse(node)
+        for module, name in used:
+            somewhere_not = any(elsewhere.lacks(system, module, name) for system in elsewhere.SYSTEMS)
+            if somewhere_not or name in DIFFERENT.get(module, ()):
+                yield f"{module}.{name}"
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=name_of)
+def test_systems_are_told_apart_in_one_room_only(path):
+    if path.parent.name != "_system":
+        assert not list(asks_the_system(ast.parse(path.read_text())))
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(
+    "code",
+    [
+        "os.fchmod(handle, 0o644)",
+        "if hasattr(os, 'fchmod'): pass",
+        "getattr(signal, 'SIGHUP', None)",
+        "from os import fork",
+        "from sys import platform as p",
+        "import os as o",
+        "import fcntl",
+        "from resource import getrlimit",
+        "import tempfile",
+        "sys.platform == 'win32'",
+        "os.name",
+        "platform.system()\nimport platform",
+        "ctypes.CDLL(None)",
+        "lambda: signal.SIGHUP",
+        "mapped.madvise(mmap.MADV_SEQUENTIAL)",
+        "os.open(path, os.O_NOFOLLOW)",
+    ],
+)
+def test_what_tells_systems_apart_is_found(code):
+    assert list(asks_the_system(ast.parse(code)))
 
 
 @pytest.mark.fast

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import collide
-from collide._system import threads as _threads
+from collide._system import processors
 from tests.helpers import process
 
 pytestmark = pytest.mark.usefixtures("keep_threads")
@@ -95,7 +95,6 @@ def test_default_number_of_threads_keeps_to_the_quota(files, quota, tmp_path, mo
         path = tmp_path / "sys/fs/cgroup" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    monkeypatch.setattr(_threads, "Path", lambda name: tmp_path / name.lstrip("/"))
+    monkeypatch.setattr(processors, "Path", lambda name: tmp_path / name.lstrip("/"))
     monkeypatch.setattr(os, "sched_getaffinity", lambda pid: range(64), raising=False)
-    monkeypatch.delenv("COLLIDE_NUM_THREADS", raising=False)
-    assert _threads._default_num_threads() == (64 if quota is None else quota)
+    assert processors.available() == (64 if quota is None else quota)

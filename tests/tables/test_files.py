@@ -1,13 +1,9 @@
 """What `collide resolve` writes into files of every format, its options, and what it says of bad ones."""
 
-import fcntl
 import importlib.util
 import os
-import pty
 import re
-import struct
 import sys
-import termios
 import warnings
 import zipfile
 from pathlib import Path
@@ -139,6 +135,11 @@ def test_quiet_says_nothing(paths, capsys):
 
 def on_a_terminal(source, target, *options):
     """What the command shows on a terminal of 100 columns."""
+    import fcntl
+    import pty
+    import struct
+    import termios
+
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 24, 100, 0, 0))
     command = sys.executable, "-m", "collide", "resolve", source, "-o", target, *options
@@ -156,6 +157,7 @@ def on_a_terminal(source, target, *options):
     return shown.decode()
 
 
+@pytest.mark.unix
 @few_formats
 def test_progress_on_a_terminal(paths):
     write(paths[0], LINE)
@@ -164,6 +166,7 @@ def test_progress_on_a_terminal(paths):
     assert re.search(r"1\.00k.* rows", shown)
 
 
+@pytest.mark.unix
 def test_quiet_shows_nothing_on_a_terminal(tmp_path):
     shown = on_a_terminal(write(tmp_path / "a.csv", LINE), tmp_path / "b.csv", "--quiet")
     # Where colorama is installed, Numba leaves the terminal's colours reset.
@@ -306,6 +309,7 @@ def test_names_of_columns_that_are_not_utf8(suffix, tmp_path, capsys):
         assert (target / f"{ODD}.npy").exists()
 
 
+@pytest.mark.unix
 def test_a_report_that_nobody_can_read_is_no_failure(tmp_path):
     source, target = write(tmp_path / "a", LINE), tmp_path / "b"
     with Path("/dev/full").open("w") as full:

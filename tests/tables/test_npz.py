@@ -132,6 +132,7 @@ def test_output_behind_a_link_is_replaced_and_the_link_stays(source, target):
     assert_resolved(LINE, target, collide.resolve_1d(**LINE))
 
 
+@pytest.mark.unix
 @pytest.mark.parametrize(("umask", "mode"), [(0o022, 0o644), (0o027, 0o640), (0o077, 0o600)])
 def test_permissions_of_a_new_output_follow_the_umask(umask, mode, source, target):
     write(source, LINE)
