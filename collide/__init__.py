@@ -39,6 +39,9 @@ if sys.byteorder != "little" or sys.maxsize < 2**63 - 1:
 from ._system.signals import interruptible
 
 with interruptible():
+    from ._compile.versions import check as _check_versions
+
+    _check_versions()
     from . import scalar
     from ._compile.kept_memory import get_spare_memory, set_spare_memory
     from ._system.threads import get_num_threads, set_num_threads

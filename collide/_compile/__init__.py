@@ -1,5 +1,6 @@
 """All that knows Numba and LLVM, their private interfaces above all: a new Numba is this folder's work.
 
+versions.py       which Numba and NumPy are taken
 options.py        the one place where compile options are decided
 kernel.py         a kernel: one signature, compiled at its first call, by a thread of its own
 cache.py          compiled kernels on disk

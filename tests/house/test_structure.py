@@ -11,10 +11,12 @@ import collide
 from tests.helpers import elsewhere, process
 
 PACKAGE = Path(collide.__file__).parent
+PROJECT = Path(__file__).parents[2] / "pyproject.toml"
 # Each module imports from earlier lines only.
 ORDER = """
     _typing  _system.signals  _system.locks  _system.forks  _system.disk  _system.ownership  _system.renaming
     _system.memory  _system.messages  _system.processors  _system.settings  _tables.replacement
+    _compile.versions
     _compile.cache
     _compile.options
     _compile.kernel  _system.threads
@@ -200,6 +202,22 @@ def test_importing_without_docstrings():
 def test_other_platforms_are_refused(other):
     code = f"import sys; {other}; import collide"
     assert "ImportError: collide needs a 64-bit, little-endian platform" in process.python(code).stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "package", "taken", "refused"),
+    [
+        ("Numba", "numba", ["0.62.0", "0.68.99"], ["0.61.2", "0.69.0rc1", "1.0.0"]),
+        ("NumPy", "numpy", ["2.1.0"], ["1.26.4", "2.0.2", "2.6.0.dev0"]),
+    ],
+)
+def test_other_versions_are_refused(name, package, taken, refused):
+    """By a sentence with the range, which is that of pyproject.toml."""
+    ((low, high),) = re.findall(rf'"{package}>=(.*?),<(.*?)"', PROJECT.read_text())
+    for version in (*taken, *refused):
+        said = process.python(f"import {package}; {package}.__version__ = '{version}'; import collide").stderr
+        refusal = f"ImportError: collide needs {name} >= {low} and < {high}, and here is {version}\n"
+        assert said.endswith(refusal) if version in refused else not said
 
 
 # What of Numba and llvmlite no documentation promises: where a new version breaks the package, it is one of these.

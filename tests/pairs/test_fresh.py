@@ -54,7 +54,7 @@ def test_a_result_is_an_array_like_any_other():
         np.testing.assert_array_equal(again, u)
         assert not np.shares_memory(again, u)
     assert np.shares_memory(u, u[5:]) and weakref.ref(u)() is u
-    with pytest.raises(ValueError, match="references or is referenced"):
+    with pytest.raises(ValueError, match="referenced"):
         view = u[:]
         u.resize(2 * N)
     del view
