@@ -8,6 +8,7 @@ from llvmlite import ir
 from numba import types
 
 from .._system.memory import CACHE_LINE
+from .._typing import Array
 from .lanes import I64, out_of_line
 from .options import formula, intrinsic, rare
 
@@ -20,6 +21,12 @@ def address(typingctx: Any, array: Any) -> Any:
         return b.ptrtoint(context.make_array(array)(context, b, args[0]).data, I64)
 
     return types.int64(array), codegen
+
+
+def address_of(array: Array) -> int:
+    """The same for Python. `array.ctypes` imports, which at the end of the interpreter nothing can."""
+    place: int = array.__array_interface__["data"][0]
+    return place
 
 
 @intrinsic

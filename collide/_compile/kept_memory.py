@@ -27,6 +27,7 @@ from numpy._core import _multiarray_umath as numpy_core  # type: ignore[attr-def
 
 from .._system import memory, settings
 from .._typing import Array
+from .arrays import address_of
 from .kernel import Callback
 from .lanes import I64
 from .options import formula, intrinsic
@@ -217,7 +218,7 @@ class _Keeper:
         self._trim = ctypes.PYFUNCTYPE(None, *[ctypes.c_int64] * 2)(_TRIM.compiled)
         # The capsule keeps neither alive, not even its name.
         self._name = ctypes.create_string_buffer(b"mem_handler")
-        self._handler = _Handler(b"collide", 1, self.state.ctypes.data, tuple(f.compiled for f in _FUNCTIONS))
+        self._handler = _Handler(b"collide", 1, address_of(self.state), tuple(f.compiled for f in _FUNCTIONS))
         capsule = capsule_of(ctypes.addressof(self._handler), ctypes.addressof(self._name), None)
         self.context.run(set_handler, capsule)
         self.seen = -math.inf
@@ -237,7 +238,7 @@ class _Keeper:
     def set_limit(self, limit: int) -> None:
         if limit != self.state[_LIMIT]:
             self.state[_LIMIT] = limit
-            self._trim(self.state.ctypes.data, 0)
+            self._trim(address_of(self.state), 0)
 
 
 _SHARE = 16  # of the memory that may be kept; and nothing is where less than such a share is free
@@ -270,7 +271,7 @@ def fresh(count: int, shape: tuple[int, ...], dtype: np.dtype[Any], inputs: Iter
     """
     if math.prod(shape) * dtype.itemsize < LARGE or not _is_ours_to_choose():
         return [np.empty(shape, dtype) for _ in range(count)]
-    near = next((a.ctypes.data for a in inputs if a.size and a.dtype == dtype), 0)
+    near = next((address_of(a) for a in inputs if a.size and a.dtype == dtype), 0)
     return _keeper().arrays(count, shape, dtype, near)
 
 
@@ -310,7 +311,7 @@ class Scratch:
 
     def __init__(self, size: int) -> None:
         (self._memory,) = fresh(1, (size + memory.CACHE_LINE,), np.dtype(np.uint8))
-        self._at = -self._memory.ctypes.data % memory.CACHE_LINE
+        self._at = -address_of(self._memory) % memory.CACHE_LINE
 
     def take(self, n: int, dtype: Any) -> Array:
         size = n * np.dtype(dtype).itemsize

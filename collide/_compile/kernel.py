@@ -6,6 +6,7 @@ import _thread
 import atexit
 import contextlib
 import itertools
+import sys
 import threading
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -73,6 +74,8 @@ class Kernel:
             )
         # A finalizer may call while its own thread makes a kernel, or compiles, and must not wait for itself.
         makes = _thread.get_ident() in _under_way or global_compiler_lock.is_locked()
+        # Nor for a thread that the end of the interpreter leaves no time to.
+        makes = makes or sys.is_finalizing()
         if makes or 0 < threading.stack_size() < _STACK:
             self._make()
         else:

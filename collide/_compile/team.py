@@ -1,8 +1,8 @@
 """One kernel on several threads, without the GIL: whoever is free takes the next piece of its range.
 
-Python's threads lend themselves. They wait in compiled code, and a call needs none of Python's steps from them: where
-each had to take the GIL, sixteen threads were no faster than four, and two at 100,000 pairs no faster than one. While
-it waits a kernel cannot be interrupted, so nothing that is said below can be left half done.
+The threads wait in compiled code, and know nothing of Python: where each had to take the GIL, sixteen were no faster
+than four, and two at 100,000 pairs no faster than one. Nor can an interrupt come between two steps of a kernel, so
+nothing that is said below can be left half done.
 
 A kernel offers its job to threads that have none, begins, and takes back what nobody has begun when there is no piece
 left: where all are busy, or there are none to be had, a call is slower, never stuck. Then it waits for those that have
@@ -11,7 +11,6 @@ begun, as they write to its arrays, and read what stands on its stack.
 
 from __future__ import annotations
 
-import _thread
 import ctypes
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -24,7 +23,8 @@ from numba.core import cgutils
 from .._system import locks, threads
 from .._system.forks import at_fork
 from .._typing import Array
-from .kernel import Kernel
+from .arrays import address_of
+from .kernel import Callback
 from .lanes import I64, out_of_line
 from .options import formula, intrinsic, rare
 from .words import add_to, exchange, pause, seen, set_to, words
@@ -44,10 +44,13 @@ _SPINS = 2000  # looks before a thread goes to sleep: some 50 us, as much as it 
 # a lock for what they write together; the code, and where its arguments are.
 _NEXT, _SIZE, _N, _FOUND, _INSIDE, _DONE, _TEAM, _ASKED, _WOKEN, _HELD, _CODE, _ARGUMENTS, _JOB_END = range(13)
 _SLEEPS = 1 << 32  # added to the number of those inside: the last of them wakes the kernel
-# A team: how many threads it has, and of each, from a line of its own on, the job that it is offered and the lock for
-# which it waits. A seat, which a call takes: the team, and a lock that is taken.
-_IDLE, _BUSY = 0, 1  # instead of a job
+# A team: how many threads a call may ask, and how many have begun. Of each, from a line of its own on: the job that it
+# is offered, the lock for which it waits, and whether it has been woken: to release a lock that is free is an error on
+# some systems. A seat, which a call takes: the team, and a lock that is taken.
+_MAY_BE_ASKED, _BEGUN = range(2)
+_JOB, _LOCK, _WOKEN_UP = range(3)
 _LINE = 8
+_IDLE, _BUSY = 0, 1  # instead of a job; busy as well is a place that has no thread
 
 Function = Callable[..., int]
 
@@ -75,6 +78,17 @@ def _lock_function(name: str, *more: int) -> Any:
 
 _acquire = _lock_function("PyThread_acquire_lock", 1)  # and waits for it
 _release = _lock_function("PyThread_release_lock")
+
+
+@intrinsic
+def _new_lock(typingctx: Any) -> Any:
+    """The address of one that is free; 0 where there is no memory."""
+
+    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+        kind = ir.FunctionType(cgutils.voidptr_t, [])
+        return b.ptrtoint(b.call(cgutils.get_or_insert_function(b.module, kind, "PyThread_allocate_lock"), []), I64)
+
+    return types.int64(), codegen
 
 
 def _code_type(context: Any) -> Any:
@@ -230,13 +244,20 @@ def _wake_two(job: int) -> None:
         i = add_to(_at(job, _WOKEN), 1)
         if i >= w[_ASKED]:
             return
-        place = _at(w[_TEAM], _LINE * (i + 1))
+        place = _place(w[_TEAM], i)
         if seen(place) == job:
-            _release(words(place)[1])
             woken += 1
+            if exchange(_at(place, _WOKEN_UP), 0, 1):
+                _release(words(place)[_LOCK])
 
 
 formula(_wake_two)
+
+
+@formula
+def _place(team: int, i: int) -> int:
+    """That of a thread."""
+    return _at(team, _LINE * (i + 1))
 
 
 @rare
@@ -244,7 +265,7 @@ def _together(job: int, n: int, seat: int) -> int:
     """Runs a job on this thread, and on others that have none."""
     out_of_line()
     w, team = words(job), words(seat)[0]
-    n_threads = seen(team)
+    n_threads = seen(_at(team, _MAY_BE_ASKED))
     helpers = max(0, min(n_threads, n // _LEAST_PIECE - 1))
     w[_SIZE] = max(_LEAST_PIECE, n // (_PIECES_A_THREAD * (helpers + 1)) // _GRAIN * _GRAIN)
     w[_FOUND], w[_INSIDE], w[_DONE], w[_TEAM], w[_WOKEN] = 0, 0, words(seat)[1], team, 0
@@ -253,14 +274,14 @@ def _together(job: int, n: int, seat: int) -> int:
     for i in range(n_threads):
         if asked < helpers:
             add_to(_at(job, _INSIDE), 1)
-            if exchange(_at(team, _LINE * (i + 1)), _IDLE, job):
+            if exchange(_place(team, i), _IDLE, job):
                 asked += 1
             else:
                 add_to(_at(job, _INSIDE), -1)
     _wake_two(job)
     found = _run(w[_CODE], job)
     for i in range(n_threads):
-        if exchange(_at(team, _LINE * (i + 1)), job, _IDLE):
+        if exchange(_place(team, i), job, _IDLE):
             add_to(_at(job, _INSIDE), -1)
     looks = 0
     while looks < _SPINS and seen(_at(job, _INSIDE)) != 0:
@@ -273,10 +294,18 @@ def _together(job: int, n: int, seat: int) -> int:
     return int(found)
 
 
-def _serve(place: int) -> None:
-    """What a thread of the team does, for ever: the jobs that it is offered at its place."""
-    while True:
-        _acquire(words(place)[1])
+def _serve(team: int) -> None:
+    """What a thread does, for ever: the jobs that it is offered at its place."""
+    lock = _new_lock()
+    i = add_to(_at(team, _BEGUN), 1) if lock != 0 else _MOST
+    place = _place(team, i)
+    if i < _MOST:
+        _acquire(lock)
+        words(place)[_LOCK] = lock
+        set_to(place, _IDLE)
+    while i < _MOST:
+        _acquire(lock)
+        set_to(_at(place, _WOKEN_UP), 0)
         job = seen(place)
         # It may have been taken back, and its stack may be another's by now: to be looked at when it is ours.
         if job != _IDLE and exchange(place, job, _BUSY):
@@ -301,64 +330,64 @@ def let_go(job: int) -> None:
     set_to(_at(job, _HELD), 0)
 
 
-_SERVE = Kernel(_serve, types.void(types.int64), "serve")
+_SERVE = Callback(_serve, types.void(types.int64), "serve")
+# By C: what starts Python's threads may be another's, as gevent's, whose threads would wait for ever for this one.
+_start_thread = ctypes.PYFUNCTYPE(ctypes.c_ulong, ctypes.c_void_p, ctypes.c_void_p)(
+    ("PyThread_start_new_thread", ctypes.pythonapi)
+)
+_FAILED = ctypes.c_ulong(-1).value
 
 
 class _Team:
-    """The threads of this process, and the seats that calls have left."""
+    """The threads of this process, and the seats that calls have left.
+
+    An interrupt, or another caller, may come between any two of Python's steps: what a thread needs it makes itself.
+    """
 
     def __init__(self) -> None:
-        self._memory = np.zeros(_LINE * (_MOST + 1), np.int64)
-        # Its threads may look at it when the interpreter is already at its end.
-        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._memory))
-        self._address: int = self._memory.ctypes.data
-        self._places = list(range(_MOST, 0, -1))  # without a thread
-        self._spare: list[Array] = []
+        self._memory = np.full(_LINE * (_MOST + 1), 0)
+        self._memory[_LINE::_LINE] = _BUSY
+        self._address = address_of(self._memory)
+        self._started = 0
+        self._spare: list[tuple[int, Array]] = []
+        # The threads may look at it when the interpreter is already at its end.
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object((self._memory, _SERVE)))
 
     @property
     def size(self) -> int:
-        return _MOST - len(self._places)
+        """How many threads have begun."""
+        return int(self._memory[_BEGUN])
 
-    def seat(self) -> Array:
-        """A seat for a call, with all threads that the user wants behind it."""
+    def seat(self, n: int) -> tuple[int, Array]:
+        """A seat for a call of n pairs, by its address, and the threads that it is worth."""
         wanted = min(threads.get_num_threads() - 1, _MOST)
-        while self.size < wanted and self._is_started():
-            pass
-        self._memory[0] = min(self.size, wanted)
+        while self._started < min(wanted, n // _LEAST_PIECE - 1):
+            if _start_thread(_SERVE.compiled, self._address) == _FAILED:  # out of threads
+                break
+            self._started += 1
+        self._memory[_MAY_BE_ASKED] = min(self.size, wanted)
         try:
             return self._spare.pop()
         except IndexError:
             lock = locks.take()
             locks.acquire_at_once(lock)
-            return np.array([self._address, lock])
+            seat = np.array([self._address, lock])
+            return address_of(seat), seat
 
-    def leave(self, seat: Array) -> None:
+    def leave(self, seat: tuple[int, Array]) -> None:
         """The call has ended."""
         self._spare.append(seat)
-
-    def _is_started(self) -> bool:
-        """Whether one more thread could be started."""
-        serve, place = _SERVE.compiled, self._places.pop()
-        self._memory[_LINE * place + 1] = lock = locks.take()
-        locks.acquire_at_once(lock)
-        try:
-            _thread.start_new_thread(serve, (self._address + 8 * _LINE * place,))
-        except RuntimeError:  # out of threads, or the interpreter is closing
-            self._places.append(place)
-            locks.give_back(lock)
-            return False
-        return True
 
 
 _the = _Team()
 
 
-def together(kernel: Callable[[int], int]) -> int:
-    """kernel(seat) on all threads."""
+def together(kernel: Callable[[int], int], n: int) -> int:
+    """kernel(seat), of n pairs, on all threads."""
     team = _the
-    seat = team.seat()
+    seat = team.seat(n)
     try:
-        return kernel(seat.ctypes.data)
+        return kernel(seat[0])
     finally:
         team.leave(seat)
 

@@ -181,7 +181,7 @@ def _run(
 ) -> Tally | None:
     """The pairs of arrays of one dimension, on as many threads as they are worth; None where all are valid."""
     if threads.is_shared(n, team.LEAST):
-        n_invalid = team.together(lambda seat: kernel(*columns, *outputs, scalars, n_numbers, n, seat, *options))
+        n_invalid = team.together(lambda seat: kernel(*columns, *outputs, scalars, n_numbers, n, seat, *options), n)
     else:
         n_invalid = kernel(*columns, *outputs, scalars, n_numbers, n, 0, *options)
     return Tally(n_invalid, scalars) if n_invalid else None

@@ -1,5 +1,10 @@
 """Threads that share a kernel's range: each pair once, nobody waited for in vain, nobody at work when a call ends."""
 
+import _thread
+import contextlib
+import random
+import signal
+import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -12,6 +17,7 @@ import collide
 from collide._compile import options, team
 from collide._compile.arrays import address
 from collide._compile.words import add_to, pause, seen, set_to
+from tests.helpers import process
 from tests.helpers.sizes import sizes
 
 pytestmark = pytest.mark.usefixtures("keep_threads")
@@ -24,7 +30,17 @@ def compiled(function, *arguments):
     made = options.batch_loop(function)
     made.compile(types.int64(*arguments, WORD, WORD))
     made.disable_compile()
-    return lambda *given: team.together(lambda seat: made(*given, seat))
+    return lambda *given: team.together(lambda seat: made(*given, seat), given[-1])
+
+
+def wait_for(threads):
+    """Sets the number of threads, and waits until as many are there."""
+    collide.set_num_threads(threads)
+    deadline = time.monotonic() + 30
+    while team._the.size < threads - 1 and time.monotonic() < deadline:
+        team._the.leave(team._the.seat(N))
+        time.sleep(0.001)
+    assert team._the.size >= threads - 1
 
 
 @options.formula
@@ -117,7 +133,7 @@ def kernels():
 @pytest.mark.parametrize("threads", [1, 2, 3, 8, 40])
 @pytest.mark.parametrize("n", [0, 1, 4095, 4097, 100_003, N])
 def test_each_pair_is_taken_once(kernels, threads, n):
-    collide.set_num_threads(threads)
+    wait_for(threads)
     marks = np.zeros(n + 1, np.int64)
     for calls in range(1, 20):
         assert kernels["look"](marks, n) == n
@@ -127,14 +143,14 @@ def test_each_pair_is_taken_once(kernels, threads, n):
 
 def test_all_threads_work_at_once(kernels):
     for threads in (2, 5, 9):
-        collide.set_num_threads(threads)
+        wait_for(threads)
         # Each waits in its first piece for all others to come.
         assert kernels["meet"](np.zeros(1, np.int64), threads, N) > threads
 
 
 def test_no_thread_is_at_work_when_a_call_ends(kernels):
     """Whether the kernel looks for it, or sleeps until the last has ended."""
-    collide.set_num_threads(4)
+    wait_for(4)
     for pauses in (0, 100, 3000, 20_000):
         for _ in range(30):
             values = np.full(60_000, -1)
@@ -143,7 +159,7 @@ def test_no_thread_is_at_work_when_a_call_ends(kernels):
 
 
 def test_a_busy_team_is_not_waited_for(kernels):
-    collide.set_num_threads(3)
+    wait_for(3)
     state, marks = np.zeros(3, np.int64), np.zeros(N, np.int64)
     holder = threading.Thread(target=kernels["hold"], args=(state, 3 * 4096))
     holder.start()
@@ -162,7 +178,7 @@ def test_a_busy_team_is_not_waited_for(kernels):
 
 
 def test_what_threads_write_together(kernels):
-    collide.set_num_threads(4)
+    wait_for(4)
     total = np.zeros(1, np.int64)
     kernels["count_together"](total, N)
     assert total[0] == N
@@ -198,3 +214,113 @@ def test_many_callers_while_the_number_changes(kernels, size):
     finally:
         end.set()
         changing.join()
+
+
+# New teams
+
+
+@pytest.fixture
+def new_team(monkeypatch):
+    """A function that makes one: of no thread yet. Those of old ones stay asleep."""
+    monkeypatch.setattr(team, "_the", team._the)  # to come back
+    before = threading.stack_size(1 << 18)
+    yield lambda: monkeypatch.setattr(team, "_the", team._Team())
+    threading.stack_size(before)
+
+
+@sizes(usual=100, campaign=1500)
+def test_callers_that_meet_at_a_new_team(kernels, new_team, size):
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    collide.set_num_threads(3)
+    meeting = threading.Barrier(3, action=new_team)
+
+    def call(_):
+        marks = np.zeros(1 << 14, np.int64)
+        for calls in range(1, size + 1):
+            meeting.wait(timeout=30)
+            for _ in range(10):
+                assert kernels["look"](marks, marks.size) == marks.size
+            assert (marks == 10 * calls).all()
+        return True
+
+    try:
+        with ThreadPoolExecutor(3) as callers:
+            assert list(callers.map(call, range(3))) == [True] * 3
+    finally:
+        sys.setswitchinterval(interval)
+
+
+@pytest.mark.unix
+@pytest.mark.parametrize("raises", [False, True], ids=["a handler that calls", "an interrupt"])
+@sizes(usual=300, campaign=3000)
+def test_interrupts_while_a_team_grows(kernels, new_team, raises, size):
+    marks, others = np.zeros(1 << 14, np.int64), np.zeros(1 << 14, np.int64)
+
+    def interrupt(number, frame):
+        if raises:
+            raise KeyboardInterrupt
+        kernels["look"](others, others.size)
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    collide.set_num_threads(3)
+    try:
+        for _ in range(size):
+            new_team()
+            with contextlib.suppress(KeyboardInterrupt):
+                signal.setitimer(signal.ITIMER_REAL, random.uniform(1e-6, 6e-5))
+                kernels["look"](marks, marks.size)
+                time.sleep(1e-4)
+            marks[:] = 0
+            for calls in range(1, 6):
+                assert kernels["look"](marks, marks.size) == marks.size
+                assert (marks == calls).all()
+            assert team._the._started <= 3
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def test_threads_that_cannot_be_started(kernels, new_team, monkeypatch):
+    """They are tried again, and nothing of them stays."""
+    new_team()
+    collide.set_num_threads(3)
+    marks, start = np.zeros(N, np.int64), team._start_thread
+    monkeypatch.setattr(team, "_start_thread", lambda *arguments: team._FAILED)
+    assert kernels["look"](marks, N) == N
+    assert (team._the._started, team._the.size) == (0, 0)
+    monkeypatch.setattr(team, "_start_thread", start)
+    wait_for(3)
+    assert kernels["look"](marks, N) == N
+    assert (marks == 2).all()
+
+
+def test_threads_need_nothing_of_pythons(monkeypatch, new_team):
+    """Where it has been replaced, as gevent does, they would keep everything else from running."""
+    monkeypatch.setattr(_thread, "start_new_thread", None)
+    new_team()
+    wait_for(3)
+
+
+@pytest.mark.parametrize("made", [True, False], ids=["made before", "made then"])
+def test_a_call_by_a_finalizer_at_the_end(made):
+    code = f"""
+import os
+import numpy as np, collide
+collide.set_num_threads(4)
+a = [np.full(1 << 17, x) for x in (1.0, 3.0, 4.0, 0.0)]
+{made} and [collide.resolve_1d(*a) for _ in range(3)]
+
+class Late:
+    def __del__(self, call=collide.resolve_1d, a=a, write=os.write):
+        u = call(*a)
+        write(1, f"{{u[0][-1]}} {{u[1][0]}}".encode())
+
+late = Late()
+"""
+    done = process.python(code)
+    assert done.returncode == 0
+    if made or done.stdout:
+        assert (done.stdout, done.stderr) == ("-2.0 2.0", "")
+    else:  # it needs imports, and there are none any more: an error, which Python shows, and not a wait
+        assert "Exception ignored" in done.stderr
