@@ -22,8 +22,8 @@ ORDER = """
     _compile.kernel  _system.threads
     _compile.lanes
     _compile.words
-    _compile.arrays  _compile.components  _compile.elementwise  _compile.memory  _compile.kept_memory
-    _compile.team
+    _compile.arrays
+    _compile.components  _compile.elementwise  _compile.memory  _compile.kept_memory  _compile.team
     _compile.gather
     _formulas.exact
     _formulas.sincos  _formulas.impact

@@ -200,7 +200,7 @@ def test_on_threads_no_more_run_than_dask_has(calls, keep_threads, monkeypatch):
     collide.set_num_threads(4)
     columns = [da.from_array(RNG.uniform(0.5, 2.0, 1_000_000), chunks=250_000) for _ in range(4)]
     together, shared = team.together, []
-    monkeypatch.setattr(team, "together", lambda kernel: shared.append(kernel) or together(kernel))
+    monkeypatch.setattr(team, "together", lambda *call: shared.append(call) or together(*call))
     with dask.config.set(scheduler="threads", num_workers=2):
         dask.compute(*collide.dask.resolve_1d(*columns))
     assert len({thread for thread, _ in calls}) <= 2
