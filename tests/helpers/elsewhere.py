@@ -46,9 +46,8 @@ LACKS = {
             pread* ptsname pwrite* readv register_at_fork removexattr sched_* sendfile setegid seteuid setgid setgroups
             setns setpgid setpgrp setpriority setre* setsid setuid setxattr spawnlp* spawnvp* splice statvfs sync
             sysconf* tcgetpgrp tcsetpgrp timerfd_* ttyname uname unlockpt unshare wait wait3 wait4 waitid* writev
-        """
-        + ("fchmod lchmod " if sys.version_info < (3, 13) else "")
-        + ("get_blocking set_blocking" if sys.version_info < (3, 12) else ""),
+            fchmod lchmod get_blocking set_blocking
+        """,
         "signal": """
             ITIMER_* ItimerError SIGALRM SIGBUS SIGCHLD SIGCLD SIGCONT SIGHUP SIGIO SIGIOT SIGKILL SIGPIPE SIGPOLL
             SIGPROF SIGPWR SIGQUIT SIGRT* SIGSTKFLT SIGSTOP SIGSYS SIGTRAP SIGTSTP SIGTTIN SIGTTOU SIGURG SIGUSR*
@@ -68,9 +67,8 @@ LACKS = {
             ST_APPEND ST_MANDLOCK ST_NOATIME ST_NODEV ST_NODIRATIME ST_NOEXEC ST_RELATIME ST_SYNCHRONOUS ST_WRITE
             TFD_* XATTR_* copy_file_range eventfd* fdatasync getrandom getres* getxattr listxattr memfd_create
             pidfd_open pipe2 posix_fadvise posix_fallocate removexattr sched_get[aps]* sched_rr_get_interval sched_set*
-            setns setres* setxattr splice timerfd_* unshare
-        """
-        + ("waitid*" if sys.version_info < (3, 13) else ""),
+            setns setres* setxattr splice timerfd_* unshare waitid*
+        """,
         "signal": "SIGCLD SIGPOLL SIGPWR SIGRT* SIGSTKFLT pidfd_send_signal sigtimedwait sigwaitinfo struct_siginfo",
         "mmap": "MADV_DODUMP MADV_DOFORK MADV_DONTDUMP MADV_DONTFORK MADV_HUGEPAGE MADV_HWPOISON MADV_*MERGEABLE "
         "MADV_NOHUGEPAGE MADV_REMOVE MAP_DENYWRITE MAP_EXECUTABLE MAP_POPULATE MAP_STACK",
@@ -81,6 +79,11 @@ LACKS = {
         "LOCK_READ LOCK_RW LOCK_WRITE",
         "resource": "RLIMIT_MSGQUEUE RLIMIT_NICE RLIMIT_OFILE RLIMIT_RT* RLIMIT_SIGPENDING RUSAGE_THREAD prlimit",
     },
+}
+# What has come with a Python that is newer than the oldest.
+HAS_SINCE = {
+    "windows": {"fchmod": (3, 13), "lchmod": (3, 13), "get_blocking": (3, 12), "set_blocking": (3, 12)},
+    "macos": {"waitid": (3, 13), "waitid_result": (3, 13)},
 }
 SYSTEMS = tuple(LACKS)
 PLATFORMS = {"windows": "win32", "macos": "darwin"}
@@ -95,7 +98,7 @@ _FIRST = """
 
 
 def lacks(system, module, name=""):
-    """Whether a system lacks what has this name in a module, or, with no name, the module."""
+    """Whether a system lacks, on some Python, what has this name in a module, or, with no name, the module."""
     patterns = LACKS[system].get(module, "").split()
     return any(fnmatch.fnmatchcase(name, p) for p in patterns) if name else patterns == ["*"]
 
@@ -114,7 +117,8 @@ def move_to(system):
         else:
             there = sys.modules.get(module) or importlib.import_module(module)
             for name in [name for name in vars(there) if lacks(system, module, name)]:
-                delattr(there, name)
+                if sys.version_info < HAS_SINCE[system].get(name, (99,)):
+                    delattr(there, name)
     os.process_cpu_count = os.cpu_count
     _without_linux(real)
     {"windows": _windows, "macos": _macos}[system](real)
