@@ -26,9 +26,9 @@ The way of a call of `resolve_2d`: batch.py hands its arguments to _pairs/execut
 results from _compile/kept_memory.py and calls the kernel with the arguments as they lie; others it converts or passes
 through blocks, or has _pairs/arguments.py say what is wrong with them. The kernel is that of the form in
 _pairs/forms.py, which says what the columns are in the terms of _formulas/collision.py; _compile/kernel.py compiles it
-or finds it on disk. Of a large batch _compile/team.py has all threads take pieces. In each _pairs/loop.py loads lanes
-of pairs, calls the formula on them, looks for invalid pairs and stores the results. errors.py says which rule the first
-invalid pair breaks.
+or finds it on disk. A large batch _compile/pieces.py cuts up for the threads of _compile/team.py. In each piece
+_pairs/loop.py loads lanes of pairs, calls the formula on them, looks for invalid pairs and stores the results.
+errors.py says which rule the first invalid pair breaks.
 """
 
 import sys

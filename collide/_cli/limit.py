@@ -11,7 +11,7 @@ from .._compile.arrays import is_plain, lead, rows_of
 from .._compile.components import each
 from .._compile.memory import load, store, width_of
 from .._compile.options import formula
-from .._compile.team import in_pieces
+from .._compile.pieces import in_pieces
 from .._pairs.forms import FORMS, Form, batch_kernels
 from .._pairs.loop import STREAM_BYTES
 
@@ -30,14 +30,15 @@ def _move(
 
 
 @formula
-def _look(columns: Any, outputs: Any, scalars: Any) -> Any:
+def _look(arguments: Any) -> Any:
+    columns, outputs, _ = arguments
     may_stream = outputs[0].size * outputs[0].itemsize >= STREAM_BYTES
     return (rows_of(outputs), is_plain(columns), may_stream), False
 
 
 @formula
-def _move_piece(start: int, stop: int, job: int, lie: Any, columns: Any, outputs: Any, scalars: Any) -> int:
-    rows, plain, may_stream = lie
+def _move_piece(start: int, stop: int, job: int, lie: Any, arguments: Any) -> int:
+    (columns, outputs, scalars), (rows, plain, may_stream) = arguments, lie
     width = width_of(outputs)
     head = lead(outputs, start, rows)
     streaming = may_stream and head >= 0

@@ -10,7 +10,8 @@ components.py     what is done to each component of vectors
 arrays.py         what a kernel asks of its arrays: how they lie, and whether they overlap
 memory.py         lanes in and out of memory, however columns lie
 words.py          words of memory, which threads may change at once
-team.py           a kernel on several threads
+team.py           the threads that kernels share
+pieces.py         a kernel's range in pieces, for any thread
 kept_memory.py    memory for large results: what dies is kept for the next
 gather.py         what the search for contacts loads and stores
 """

@@ -1,4 +1,4 @@
-"""One kernel on several threads, without the GIL: whoever is free takes the next piece of its range.
+"""The threads that kernels share, without the GIL: whoever is free takes the next piece of a kernel's range.
 
 The threads wait in compiled code, and know nothing of Python: where each had to take the GIL, sixteen were no faster
 than four, and two at 100,000 pairs no faster than one. Nor can an interrupt come between two steps of a kernel, so
@@ -12,7 +12,7 @@ begun, as they write to its arrays, and read what stands on its stack.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -42,7 +42,7 @@ _SPINS = 2000  # looks before a thread goes to sleep: some 50 us, as much as it 
 # are; what the pieces returned, in all; how many threads have been asked and have not left, and the lock for which the
 # kernel waits if they are long; the threads, how many of them may have been asked, and the next that nobody has woken;
 # a lock for what they write together; the code, and where its arguments are.
-_NEXT, _SIZE, _N, _FOUND, _INSIDE, _DONE, _TEAM, _ASKED, _WOKEN, _HELD, _CODE, _ARGUMENTS, _JOB_END = range(13)
+NEXT, SIZE, N, _FOUND, _INSIDE, _DONE, _TEAM, _ASKED, _WOKEN, _HELD, CODE, ARGUMENTS, JOB_END = range(13)
 _SLEEPS = 1 << 32  # added to the number of those inside: the last of them wakes the kernel
 # A team: how many threads a call may ask, and how many have begun. Of each, from a line of its own on: the job that it
 # is offered, the lock for which it waits, and whether it has been woken: to release a lock that is free is an error on
@@ -51,8 +51,6 @@ _MAY_BE_ASKED, _BEGUN = range(2)
 _JOB, _LOCK, _WOKEN_UP = range(3)
 _LINE = 8
 _IDLE, _BUSY = 0, 1  # instead of a job; busy as well is a place that has no thread
-
-Function = Callable[..., int]
 
 
 @formula
@@ -91,33 +89,8 @@ def _new_lock(typingctx: Any) -> Any:
     return types.int64(), codegen
 
 
-def _code_type(context: Any) -> Any:
+def code_type(context: Any) -> Any:
     return context.call_conv.get_function_type(types.int64, (types.int64,))
-
-
-def _taken_apart(context: Any, b: Any, kind: Any, value: Any) -> list[Any]:
-    """The values that a job needs of its arguments; of an array not all seven."""
-    if isinstance(kind, types.BaseTuple):
-        parts = zip(kind.types, cgutils.unpack_tuple(b, value), strict=True)
-        return [leaf for its_kind, part in parts for leaf in _taken_apart(context, b, its_kind, part)]
-    if isinstance(kind, types.Array):
-        array = context.make_array(kind)(context, b, value)
-        return [array.data, array.nitems, *cgutils.unpack_tuple(b, array.strides), array.parent]
-    return [] if isinstance(kind, types.Callable) else [value]
-
-
-def _put_together(context: Any, b: Any, kind: Any, leaves: Iterator[Any]) -> Any:
-    """The reverse."""
-    if isinstance(kind, types.BaseTuple):
-        return context.make_tuple(b, kind, [_put_together(context, b, part, leaves) for part in kind.types])
-    if isinstance(kind, types.Array):
-        array = context.make_array(kind)(context, b)
-        array.data, array.nitems, stride, array.parent = (next(leaves) for _ in range(4))
-        array.shape, array.strides = cgutils.pack_array(b, [array.nitems]), cgutils.pack_array(b, [stride])
-        array.itemsize = ir.Constant(array.itemsize.type, kind.dtype.bitwidth // 8)
-        array.meminfo = cgutils.get_null_value(array.meminfo.type)
-        return array._getvalue()
-    return context.get_dummy_value() if isinstance(kind, types.Callable) else next(leaves)
 
 
 @intrinsic
@@ -125,7 +98,7 @@ def _run(typingctx: Any, code: Any, job: Any) -> Any:
     """Runs the code of a job."""
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        kind = _code_type(context)
+        kind = code_type(context)
         result, error = cgutils.alloca_once(b, I64), cgutils.alloca_once(b, kind.args[1].pointee)
         b.call(b.inttoptr(args[0], kind.as_pointer()), [result, error, args[1]])
         return b.load(result)
@@ -133,106 +106,12 @@ def _run(typingctx: Any, code: Any, job: Any) -> Any:
     return types.int64(types.int64, types.int64), codegen
 
 
-@intrinsic
-def in_pieces(typingctx: Any, look: Any, function: Any, arguments: Any, n: Any, seat: Any) -> Any:
-    """The sum of function(start, stop, job, facts, *arguments) over pieces that make up range(n).
-
-    look(*arguments) gives the facts, and whether the arguments are refused: then nothing is done, and -1 returned.
-    Each thread looks itself, as to hand over what it has seen, or a dozen arrays once more, takes longer. The arguments
-    are numbers, arrays of one dimension, functions, and tuples of these. `seat`: that of the call, 0 if it shall stay
-    on its thread.
-
-    What every thread runs is emitted as a function of its own, known by its address. Not by Numba, which optimises all
-    code once more for each function around it:
-
-        facts, is_refused = look(*arguments)
-        start = n if is_refused else 0 if size >= n else add_to(next, size)
-        while start < n:
-            found += function(start, min(start + size, n), job, facts, *arguments)
-            start = n if size >= n else add_to(next, size)
-        return -1 if is_refused else found
-    """
-    looks = look.get_call_type(typingctx, arguments.types, {})
-    piece = types.int64, types.int64, types.int64, looks.return_type[0], *arguments.types
-    works = function.get_call_type(typingctx, piece, {})
-    starts = typingctx.resolve_value_type(_start).get_call_type(typingctx, (types.int64,) * 3, {})
-
-    def emit(context: Any, i: Any, struct: Any) -> None:
-        (job,) = context.call_conv.get_arguments(i.function)
-        w = i.inttoptr(job, I64.as_pointer())
-        from_there = i.inttoptr(i.load(cgutils.gep(i, w, _ARGUMENTS)), struct.as_pointer())
-        leaves = (i.load(cgutils.gep_inbounds(i, from_there, 0, k)) for k in range(len(struct.elements)))
-        given = cgutils.unpack_tuple(i, _put_together(context, i, arguments, leaves))
-        facts, is_refused = cgutils.unpack_tuple(i, context.get_function(look, looks)(i, given))
-        size, n = (i.load(cgutils.gep(i, w, k)) for k in (_SIZE, _N))
-        nothing = ir.Constant(I64, 0)
-        alone, place = i.icmp_signed(">=", size, n), i.ptrtoint(cgutils.gep(i, w, _NEXT), I64)
-
-        def take(otherwise: Any) -> Any:
-            """The next piece; alone there is none but the first."""
-            before, atomic, taken = i.block, i.append_basic_block("take"), i.append_basic_block("taken")
-            i.cbranch(alone, taken, atomic)
-            i.position_at_end(atomic)
-            theirs = i.atomic_rmw("add", i.inttoptr(place, I64.as_pointer()), size, "seq_cst")
-            i.branch(taken)
-            i.position_at_end(taken)
-            phi = i.phi(I64)
-            phi.add_incoming(otherwise, before)
-            phi.add_incoming(theirs, atomic)
-            return phi
-
-        begin, loop, end = (i.append_basic_block(name) for name in ("begin", "loop", "end"))
-        before = i.block
-        i.cbranch(context.is_true(i, types.boolean, is_refused), end, begin)
-        i.position_at_end(begin)
-        first = take(nothing)
-        first_block = i.block
-        i.branch(loop)
-        i.position_at_end(loop)
-        start, found = i.phi(I64), i.phi(I64)
-        body = i.append_basic_block("body")
-        i.cbranch(i.icmp_signed("<", start, n), body, end)
-        i.position_at_end(body)
-        beyond = i.add(start, size)
-        stop = i.select(i.icmp_signed("<", beyond, n), beyond, n)
-        its = context.get_function(function, works)(i, [start, stop, job, facts, *given])
-        more = i.add(found, context.cast(i, its, works.return_type, types.int64))
-        following = take(n)
-        for phi, value, again in ((start, first, following), (found, nothing, more)):
-            phi.add_incoming(value, first_block)
-            phi.add_incoming(again, i.block)
-        i.branch(loop)
-        i.position_at_end(end)
-        result = i.phi(I64)
-        result.add_incoming(ir.Constant(I64, -1), before)
-        result.add_incoming(found, loop)
-        context.call_conv.return_value(i, result)
-
-    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        leaves = _taken_apart(context, b, arguments, args[2])
-        struct = ir.LiteralStructType([leaf.type for leaf in leaves])
-        with b.goto_entry_block():
-            place, job = b.alloca(struct), b.alloca(I64, _JOB_END)
-        for k, leaf in enumerate(leaves):
-            b.store(leaf, cgutils.gep_inbounds(b, place, 0, k))
-        code = ir.Function(b.module, _code_type(context), b.module.get_unique_name(b.function.name + ".job"))
-        code.linkage = "internal"
-        code.attributes.add("noinline")  # there is one copy of the loop
-        emit(context, ir.IRBuilder(code.append_basic_block("entry")), struct)
-        b.store(b.ptrtoint(code, I64), cgutils.gep(b, job, _CODE))
-        b.store(b.ptrtoint(place, I64), cgutils.gep(b, job, _ARGUMENTS))
-        start = context.get_function(typingctx.resolve_value_type(_start), starts)
-        return start(b, [b.ptrtoint(job, I64), *args[3:]])
-
-    return types.int64(look, function, arguments, types.int64, types.int64), codegen
-
-
 @formula
-def _start(job: int, n: int, seat: int) -> int:
+def start(job: int, n: int, seat: int) -> int:
     """Runs a job."""
     w = words(job)
-    w[_NEXT], w[_SIZE], w[_N], w[_HELD] = 0, n, n, 0
-    found: int = _together(job, n, seat) if seat != 0 else _run(w[_CODE], job)
+    w[NEXT], w[SIZE], w[N], w[_HELD] = 0, n, n, 0
+    found: int = _together(job, n, seat) if seat != 0 else _run(w[CODE], job)
     return found
 
 
@@ -267,7 +146,7 @@ def _together(job: int, n: int, seat: int) -> int:
     w, team = words(job), words(seat)[0]
     n_threads = seen(_at(team, _MAY_BE_ASKED))
     helpers = max(0, min(n_threads, n // _LEAST_PIECE - 1))
-    w[_SIZE] = max(_LEAST_PIECE, n // (_PIECES_A_THREAD * (helpers + 1)) // _GRAIN * _GRAIN)
+    w[SIZE] = max(_LEAST_PIECE, n // (_PIECES_A_THREAD * (helpers + 1)) // _GRAIN * _GRAIN)
     w[_FOUND], w[_INSIDE], w[_DONE], w[_TEAM], w[_WOKEN] = 0, 0, words(seat)[1], team, 0
     w[_ASKED] = n_threads
     asked = 0
@@ -279,7 +158,7 @@ def _together(job: int, n: int, seat: int) -> int:
             else:
                 add_to(_at(job, _INSIDE), -1)
     _wake_two(job)
-    found = _run(w[_CODE], job)
+    found = _run(w[CODE], job)
     for i in range(n_threads):
         if exchange(_place(team, i), job, _IDLE):
             add_to(_at(job, _INSIDE), -1)
@@ -311,7 +190,7 @@ def _serve(team: int) -> None:
         if job != _IDLE and exchange(place, job, _BUSY):
             _wake_two(job)
             w = words(job)
-            add_to(_at(job, _FOUND), _run(w[_CODE], job))
+            add_to(_at(job, _FOUND), _run(w[CODE], job))
             done = w[_DONE]
             set_to(place, _IDLE)
             if add_to(_at(job, _INSIDE), -1) == _SLEEPS + 1:

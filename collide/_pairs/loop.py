@@ -13,7 +13,8 @@ from .._compile.elementwise import select
 from .._compile.lanes import any_lane, count, doubt, fill, first, get, leading, out_of_line
 from .._compile.memory import load, store, width_of
 from .._compile.options import formula, rare
-from .._compile.team import hold, in_pieces, let_go
+from .._compile.pieces import in_pieces
+from .._compile.team import hold, let_go
 
 # Outputs of this many bytes each and more will have left the caches before anybody reads them: they stream past.
 STREAM_BYTES = 1 << 21
@@ -50,7 +51,7 @@ def loop(
     """The pairs of a batch. Returns how many of them are invalid.
 
     The values of the first of them join those in `scalars`, as in place the columns may not have them any more; behind
-    them stands its number. `seat`: see team.py.
+    them stands its number. `seat`: see `in_pieces`.
     """
     scalars[len(columns)] = math.inf
     arguments = step_of, obeys_rules, columns, outputs, scalars, n_numbers, (approaching, nan)
@@ -59,8 +60,9 @@ def loop(
 
 
 @formula
-def _look(step_of: Any, obeys_rules: Any, columns: Any, outputs: Any, scalars: Any, n_numbers: int, flags: Any) -> Any:
+def _look(arguments: Any) -> Any:
     """How the arrays lie, and whether they are refused."""
+    _, _, columns, outputs, scalars, n_numbers, _ = arguments
     relation = overlap(columns, outputs, n_numbers)
     # In place the lines are in the cache already, and a streaming store would throw them out first.
     may_stream = outputs[0].size * outputs[0].itemsize >= STREAM_BYTES and relation == 0
@@ -68,20 +70,9 @@ def _look(step_of: Any, obeys_rules: Any, columns: Any, outputs: Any, scalars: A
 
 
 @formula
-def _piece(
-    start: int,
-    stop: int,
-    job: int,
-    lie: Any,
-    step_of: Any,
-    obeys_rules: Any,
-    columns: Any,
-    outputs: Any,
-    scalars: Any,
-    n_numbers: int,
-    flags: Any,
-) -> int:
+def _piece(start: int, stop: int, job: int, lie: Any, arguments: Any) -> int:
     """Pairs start to stop."""
+    step_of, obeys_rules, columns, outputs, scalars, _, flags = arguments
     (rows, plain, may_stream, beyond), (approaching, _) = lie, flags
     width = width_of(outputs)
     head = lead(outputs, start, rows)

@@ -16,8 +16,10 @@ from numba import types
 import collide
 from collide._compile import options, team
 from collide._compile.arrays import address
+from collide._compile.pieces import in_pieces
 from collide._compile.words import add_to, pause, seen, set_to
 from tests.helpers import process
+from tests.helpers.number_of_threads import the_number_changes
 from tests.helpers.sizes import sizes
 
 pytestmark = pytest.mark.usefixtures("keep_threads")
@@ -44,32 +46,29 @@ def wait_for(threads):
 
 
 @options.formula
-def _look(first):
-    return 0, False
-
-
-@options.formula
-def _look_at_two(first, second):
+def _look(arguments):
     return 0, False
 
 
 def look(marks, n, seat):  # pairs in all, and of each how often it has been taken
-    return team.in_pieces(_look, _mark, (marks,), n, seat)
+    return in_pieces(_look, _mark, (marks,), n, seat)
 
 
 @options.formula
-def _mark(start, stop, job, facts, marks):
+def _mark(start, stop, job, facts, arguments):
+    (marks,) = arguments
     for i in range(start, stop):
         marks[i] += 1
     return stop - start
 
 
 def meet(counter, least, n, seat):  # the pieces that have seen so many others begin
-    return team.in_pieces(_look_at_two, _meet, (counter, least), n, seat)
+    return in_pieces(_look, _meet, (counter, least), n, seat)
 
 
 @options.formula
-def _meet(start, stop, job, facts, counter, least):
+def _meet(start, stop, job, facts, arguments):
+    counter, least = arguments
     add_to(address(counter), 1)
     waited = 0
     while seen(address(counter)) < least and waited < 1_000_000_000:
@@ -79,11 +78,12 @@ def _meet(start, stop, job, facts, counter, least):
 
 
 def hold(state, n, seat):  # begun, may end, ended
-    return team.in_pieces(_look, _hold, (state,), n, seat)
+    return in_pieces(_look, _hold, (state,), n, seat)
 
 
 @options.formula
-def _hold(start, stop, job, facts, state):
+def _hold(start, stop, job, facts, arguments):
+    (state,) = arguments
     add_to(address(state), 1)
     while seen(address(state) + 8) == 0:
         pause()
@@ -92,11 +92,12 @@ def _hold(start, stop, job, facts, state):
 
 
 def write_late(values, pauses, n, seat):
-    return team.in_pieces(_look_at_two, _write_late, (values, pauses), n, seat)
+    return in_pieces(_look, _write_late, (values, pauses), n, seat)
 
 
 @options.formula
-def _write_late(start, stop, job, facts, values, pauses):
+def _write_late(start, stop, job, facts, arguments):
+    values, pauses = arguments
     for _ in range(pauses * (start // 4096 % 3)):
         pause()
     for i in range(start, stop):
@@ -105,11 +106,12 @@ def _write_late(start, stop, job, facts, values, pauses):
 
 
 def count_together(total, n, seat):
-    return team.in_pieces(_look, _count_together, (total,), n, seat)
+    return in_pieces(_look, _count_together, (total,), n, seat)
 
 
 @options.formula
-def _count_together(start, stop, job, facts, total):
+def _count_together(start, stop, job, facts, arguments):
+    (total,) = arguments
     for _ in range(start, stop):
         team.hold(job)
         before = seen(address(total))
@@ -187,13 +189,6 @@ def test_what_threads_write_together(kernels):
 @sizes(usual=2000, campaign=40_000)
 def test_many_callers_while_the_number_changes(kernels, size):
     """Offers that are taken back, threads that come too late, stacks that another job has by then."""
-    end = threading.Event()
-
-    def change():
-        while not end.is_set():
-            for threads in (2, 9, 1, 4):
-                collide.set_num_threads(threads)
-                time.sleep(0.0005)
 
     def call(k):
         rng = np.random.default_rng(k)
@@ -206,14 +201,8 @@ def test_many_callers_while_the_number_changes(kernels, size):
             marks[:n] = 0
         return True
 
-    changing = threading.Thread(target=change)
-    changing.start()
-    try:
-        with ThreadPoolExecutor(6) as callers:
-            assert list(callers.map(call, range(6))) == [True] * 6
-    finally:
-        end.set()
-        changing.join()
+    with the_number_changes(2, 9, 1, 4), ThreadPoolExecutor(6) as callers:
+        assert list(callers.map(call, range(6))) == [True] * 6
 
 
 # New teams

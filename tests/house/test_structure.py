@@ -24,6 +24,7 @@ ORDER = """
     _compile.words
     _compile.arrays
     _compile.components  _compile.elementwise  _compile.memory  _compile.kept_memory  _compile.team
+    _compile.pieces
     _compile.gather
     _formulas.exact
     _formulas.sincos  _formulas.impact

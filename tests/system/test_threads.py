@@ -12,6 +12,7 @@ import pytest
 import collide
 from collide._system import threads as _threads
 from tests.helpers import process
+from tests.helpers.number_of_threads import the_number_changes
 
 pytestmark = pytest.mark.usefixtures("keep_threads")
 
@@ -104,25 +105,12 @@ def test_large_batch_runs_on_several_threads():
 def test_many_threads_may_call_while_the_number_changes():
     function, arguments = batch("1d")
     expected = function(*arguments)
-    stop = threading.Event()
-
-    def change():
-        while not stop.is_set():
-            for n in (1, 2, 5):
-                collide.set_num_threads(n)
-                time.sleep(0.001)
 
     def call(_):
         return all(same(function(*arguments), expected) for _ in range(15))
 
-    changing = threading.Thread(target=change)
-    changing.start()
-    try:
-        with ThreadPoolExecutor(8) as callers:
-            assert list(callers.map(call, range(8))) == [True] * 8
-    finally:
-        stop.set()
-        changing.join()
+    with the_number_changes(1, 2, 5), ThreadPoolExecutor(8) as callers:
+        assert list(callers.map(call, range(8))) == [True] * 8
 
 
 def test_threads_may_compile_at_once():
@@ -274,6 +262,7 @@ def test_forked_child_has_threads_of_its_own():
 import threading
 from collide._system import threads as _threads
 from tests.helpers import process
+from tests.helpers.number_of_threads import the_number_changes
 
 def right():
     together = threading.Barrier(2)
