@@ -284,6 +284,17 @@ def test_threads_that_cannot_be_started(kernels, new_team, monkeypatch):
     assert (marks == 2).all()
 
 
+def test_a_thread_that_has_only_just_begun_is_not_asked(kernels, new_team, monkeypatch):
+    """It counts, and has no lock yet: to wake it would end the process."""
+    monkeypatch.setattr(team, "_start_thread", lambda *arguments: team._FAILED)
+    new_team()
+    collide.set_num_threads(3)
+    team._the._memory[team._BEGUN] = 2
+    marks = np.zeros(N, np.int64)
+    assert kernels["look"](marks, N) == N
+    assert (marks == 1).all()
+
+
 def test_threads_need_nothing_of_pythons(monkeypatch, new_team):
     """Where it has been replaced, as gevent does, they would keep everything else from running."""
     monkeypatch.setattr(_thread, "start_new_thread", None)
