@@ -5,21 +5,18 @@ from __future__ import annotations
 import itertools
 import math
 import reprlib
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.ma import MaskedArray
 from numpy.typing import ArrayLike
 
-from ._contacts import search
+from ._contacts import search, state
 from ._contacts.in_order import CHECK, RESOLVE
 from ._pairs.arguments import as_array, gives_nan, share_memory
 from ._pairs.forms import FORM_2D
 from ._typing import Array
 from .errors import InvalidPairError, reason
 
-# Beyond these, squares of distances leave the range of float64.
-_SHORTEST, _LONGEST = 1e-150, 1e150
 _MOST_BALLS = (1 << 29) - 1024  # the numbers of their cells, four a ball, are kept as int32
 
 
@@ -65,20 +62,20 @@ def find_contacts(
     >>> collide.find_contacts([0.0, 1.5, 9.5], [0.0, 0.0, 0.0], 1.0, box=(10.0, 10.0)).i.size
     3
     """
-    x, y = _columns(x, y)
-    radius = _column("radius", radius, "x", x.size)
-    sides = _sides(box)
+    x, y = state.columns(x, y)
+    radius = state.column("radius", radius, "x", x.size)
+    sides = state.sides(box)
     one = as_array("margin", margin)
     gap = math.nan if one.ndim else float(one)  # or float16 would be computed with, and warn
     if not 0.0 <= gap < math.inf:
         raise ValueError(f"margin = {reprlib.repr(margin)}: must be one finite number >= 0")
-    bounds = _bounds("x", x), _bounds("y", y), _bounds("radius", radius)
+    bounds = state.bounds("x", x), state.bounds("y", y), state.bounds("radius", radius)
     least, largest = bounds[2]
     if least < 0.0:
-        raise ValueError(f"radius{_first(radius, radius < 0.0)}: must be >= 0")
+        raise ValueError(f"radius{state.first(radius, radius < 0.0)}: must be >= 0")
     reach = 2.0 * largest + gap
-    if reach > _LONGEST:
-        raise ValueError(f"2 radius + margin = {reach} for the largest ball: must be at most {_LONGEST}")
+    if reach > state.LONGEST:
+        raise ValueError(f"2 radius + margin = {reach} for the largest ball: must be at most {state.LONGEST}")
     for k, side in enumerate(sides):
         if side and side < 2.0 * reach:
             raise ValueError(f"box[{k}] = {side}: must be at least {2.0 * reach}, twice as far as balls touch")
@@ -133,19 +130,19 @@ def resolve_contacts(
     array([0., 0., 1.])
     """
     nan, given = gives_nan(invalid, FORM_2D.invalid), (i, j)
-    i, j = _numbers("i", i), _numbers("j", j)
-    _check_length("j", j, "i", i.size)
-    x, y = _columns(x, y)
-    m, e = _column("m", m, "x", x.size), _column("restitution", restitution, "i", i.size)
-    outputs = {"vx": _output("vx", vx, "x", x.size), "vy": _output("vy", vy, "x", x.size)}
+    i, j = state.numbers("i", i), state.numbers("j", j)
+    state.check_length("j", j, "i", i.size)
+    x, y = state.columns(x, y)
+    m, e = state.column("m", m, "x", x.size), state.column("restitution", restitution, "i", i.size)
+    outputs = {"vx": state.output("vx", vx, "x", x.size), "vy": state.output("vy", vy, "x", x.size)}
     if impulse is not None:
-        outputs["impulse"] = _output("impulse", impulse, "i", i.size)
+        outputs["impulse"] = state.output("impulse", impulse, "i", i.size)
     for (name, u), (other, w) in itertools.combinations(outputs.items(), 2):
         if share_memory(u, w):
             raise ValueError(f"{name} and {other} share memory")
-    sides = _sides(box)
+    sides = state.sides(box)
     if not CHECK.compiled(i, j, x.size):
-        _raise_for_pairs(np.asarray(given[0]), np.asarray(given[1]), x.size)
+        state.raise_for_pairs(np.asarray(given[0]), np.asarray(given[1]), x.size)
 
     inputs = [a.copy() if any(share_memory(a, u) for u in outputs.values()) else a for a in (i, j, m, x, y, e)]
     targets = [np.ascontiguousarray(u) for u in outputs.values()]
@@ -159,91 +156,3 @@ def resolve_contacts(
         pair = dict(zip(FORM_2D.columns, witness.tolist(), strict=True))
         raise InvalidPairError((first,), n_invalid, f"balls {i[first]} and {j[first]}, as 1 and 2: {reason(pair)}")
     return int(n_resolved)
-
-
-def _columns(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
-    """The positions, of equal length."""
-    columns = []
-    for name, value in (("x", x), ("y", y)):
-        array = as_array(name, value)
-        if array.ndim != 1:
-            raise ValueError(f"{name} has shape {array.shape}: must be one-dimensional")
-        columns.append(np.ascontiguousarray(array, np.float64))
-    _check_length("y", columns[1], "x", columns[0].size)
-    return columns[0], columns[1]
-
-
-def _column(name: str, value: ArrayLike, like: str, n: int) -> Array:
-    """A number, as an array of one, or n of them."""
-    array = as_array(name, value)
-    if array.size != 1:
-        _check_length(name, array, like, n)
-    return np.ascontiguousarray(array, np.float64).reshape(-1)
-
-
-def _numbers(name: str, value: ArrayLike) -> Array:
-    """The numbers of balls."""
-    array = as_array(name, value)
-    if array.ndim != 1:
-        raise ValueError(f"{name} has shape {array.shape}: must be one-dimensional")
-    if array.size and array.dtype.kind not in "iu":
-        raise TypeError(f"{name} has dtype {array.dtype}: must have an integer dtype")
-    return np.ascontiguousarray(array, np.int64)
-
-
-def _output(name: str, value: Any, like: str, n: int) -> Array:
-    if not isinstance(value, np.ndarray) or isinstance(value, MaskedArray):
-        raise TypeError(f"{name} is of type {type(value).__name__}: must be a NumPy array, as it is written to")
-    if value.dtype != np.float64:
-        raise TypeError(f"{name} has dtype {value.dtype}: must have float64")
-    if not value.flags.writeable:
-        raise ValueError(f"{name} is read-only")
-    _check_length(name, value, like, n)
-    return value
-
-
-def _check_length(name: str, array: Array, like: str, n: int) -> None:
-    if array.shape != (n,):
-        raise ValueError(f"{name} has shape {array.shape}: must have that of {like}, ({n},)")
-
-
-def _sides(box: Any) -> tuple[float, float]:
-    """Of the box; 0 and 0 for none."""
-    if box is None:
-        return 0.0, 0.0
-    sides = as_array("box", box)
-    if sides.shape != (2,):
-        raise ValueError(f"box = {reprlib.repr(box)}: must be None or two lengths, (Lx, Ly)")
-    lx, ly = float(sides[0]), float(sides[1])  # or float16 would be compared, and warn
-    for k, side in enumerate((lx, ly)):
-        if not _SHORTEST <= side <= _LONGEST:
-            raise ValueError(f"box[{k}] = {sides[k]}: must be from {_SHORTEST} to {_LONGEST}")
-    return lx, ly
-
-
-def _bounds(name: str, array: Array) -> tuple[float, float]:
-    """The least and the largest, if all are finite."""
-    if array.size > 1:
-        least, largest = float(array.min()), float(array.max())
-    else:
-        least = largest = float(array[0]) if array.size else 0.0
-    if not (math.isfinite(least) and math.isfinite(largest)):
-        raise ValueError(f"{name}{_first(array, ~np.isfinite(array))}: must be finite")
-    return least, largest
-
-
-def _first(array: Array, wrong: Array) -> str:
-    """Where and what the first wrong value is."""
-    k = int(np.argmax(wrong))
-    return f"[{k}] = {array[k]}" if array.size > 1 else f" = {array[k]}"
-
-
-def _raise_for_pairs(i: Array, j: Array, n: int) -> NoReturn:
-    """The first fault of a list of pairs, in words."""
-    for name, numbers in (("i", i), ("j", j)):
-        wrong = (numbers < 0) | (numbers >= n)
-        if wrong.any():
-            k = int(np.argmax(wrong))
-            raise IndexError(f"{name}[{k}] = {numbers[k]}: must be the number of one of the {n} balls, from 0 on")
-    k = int(np.argmax(i == j))
-    raise ValueError(f"i[{k}] = j[{k}] = {i[k]}: a ball cannot collide with itself")

@@ -1,5 +1,6 @@
 """Ball states: which balls touch, and what they do to each other.
 
+state.py        what is asked of their arguments
 search.py       the search as a whole
 layout.py       how fine its grids are, and how large
 torus.py        where a place of the plane is on a grid

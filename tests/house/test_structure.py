@@ -33,7 +33,7 @@ ORDER = """
     _pairs.loop
     _pairs.forms  errors  _pairs.arguments
     _pairs.results  _pairs.blocks
-    _cli.limit  _pairs.execution  _contacts.torus
+    _cli.limit  _pairs.execution  _contacts.torus  _contacts.state
     _contacts.grid
     _contacts.layout
     _contacts.search  _contacts.in_order  _tables.conservation  _tables.by_name  _pairs.vectors

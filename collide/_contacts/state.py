@@ -1,0 +1,105 @@
+"""What the functions of a ball state ask of their arguments, and say of wrong ones."""
+
+from __future__ import annotations
+
+import math
+import reprlib
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.ma import MaskedArray
+from numpy.typing import ArrayLike
+
+from .._pairs.arguments import as_array
+from .._typing import Array
+
+# Beyond these, squares of distances leave the range of float64.
+SHORTEST, LONGEST = 1e-150, 1e150
+
+
+def columns(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
+    """The positions, of equal length."""
+    columns = []
+    for name, value in (("x", x), ("y", y)):
+        array = as_array(name, value)
+        if array.ndim != 1:
+            raise ValueError(f"{name} has shape {array.shape}: must be one-dimensional")
+        columns.append(np.ascontiguousarray(array, np.float64))
+    check_length("y", columns[1], "x", columns[0].size)
+    return columns[0], columns[1]
+
+
+def column(name: str, value: ArrayLike, like: str, n: int) -> Array:
+    """A number, as an array of one, or n of them."""
+    array = as_array(name, value)
+    if array.size != 1:
+        check_length(name, array, like, n)
+    return np.ascontiguousarray(array, np.float64).reshape(-1)
+
+
+def numbers(name: str, value: ArrayLike) -> Array:
+    """The numbers of balls."""
+    array = as_array(name, value)
+    if array.ndim != 1:
+        raise ValueError(f"{name} has shape {array.shape}: must be one-dimensional")
+    if array.size and array.dtype.kind not in "iu":
+        raise TypeError(f"{name} has dtype {array.dtype}: must have an integer dtype")
+    return np.ascontiguousarray(array, np.int64)
+
+
+def output(name: str, value: Any, like: str, n: int) -> Array:
+    if not isinstance(value, np.ndarray) or isinstance(value, MaskedArray):
+        raise TypeError(f"{name} is of type {type(value).__name__}: must be a NumPy array, as it is written to")
+    if value.dtype != np.float64:
+        raise TypeError(f"{name} has dtype {value.dtype}: must have float64")
+    if not value.flags.writeable:
+        raise ValueError(f"{name} is read-only")
+    check_length(name, value, like, n)
+    return value
+
+
+def check_length(name: str, array: Array, like: str, n: int) -> None:
+    if array.shape != (n,):
+        raise ValueError(f"{name} has shape {array.shape}: must have that of {like}, ({n},)")
+
+
+def sides(box: Any) -> tuple[float, float]:
+    """Of the box; 0 and 0 for none."""
+    if box is None:
+        return 0.0, 0.0
+    sides = as_array("box", box)
+    if sides.shape != (2,):
+        raise ValueError(f"box = {reprlib.repr(box)}: must be None or two lengths, (Lx, Ly)")
+    lx, ly = float(sides[0]), float(sides[1])  # or float16 would be compared, and warn
+    for k, side in enumerate((lx, ly)):
+        if not SHORTEST <= side <= LONGEST:
+            raise ValueError(f"box[{k}] = {sides[k]}: must be from {SHORTEST} to {LONGEST}")
+    return lx, ly
+
+
+def bounds(name: str, array: Array) -> tuple[float, float]:
+    """The least and the largest, if all are finite."""
+    if array.size > 1:
+        least, largest = float(array.min()), float(array.max())
+    else:
+        least = largest = float(array[0]) if array.size else 0.0
+    if not (math.isfinite(least) and math.isfinite(largest)):
+        raise ValueError(f"{name}{first(array, ~np.isfinite(array))}: must be finite")
+    return least, largest
+
+
+def first(array: Array, wrong: Array) -> str:
+    """Where and what the first wrong value is."""
+    k = int(np.argmax(wrong))
+    return f"[{k}] = {array[k]}" if array.size > 1 else f" = {array[k]}"
+
+
+def raise_for_pairs(i: Array, j: Array, n: int) -> NoReturn:
+    """The first fault of a list of pairs, in words."""
+    for name, numbers in (("i", i), ("j", j)):
+        wrong = (numbers < 0) | (numbers >= n)
+        if wrong.any():
+            k = int(np.argmax(wrong))
+            raise IndexError(f"{name}[{k}] = {numbers[k]}: must be the number of one of the {n} balls, from 0 on")
+    k = int(np.argmax(i == j))
+    raise ValueError(f"i[{k}] = j[{k}] = {i[k]}: a ball cannot collide with itself")
