@@ -1,9 +1,10 @@
 """Elastic collisions of two balls, millions at once.
 
-    resolve_1d, resolve_2d, resolve_polar    velocities after the collisions of a batch of pairs
+    resolve_1d, resolve_2d, resolve_3d       velocities after the collisions of a batch of pairs
+    resolve_polar                            the same from speeds and directions in the plane
     resolve                                  the same for vectors along the last axis of arrays
-    impulse_2d                               the impulses of the collisions
-    time_of_impact                           when pairs that move uniformly will touch
+    impulse_2d, impulse_3d                   the impulses of the collisions
+    time_of_impact, time_of_impact_3d        when pairs that move uniformly will touch
     find_contacts, resolve_contacts          which balls of a state touch, and their collisions in order
     set_num_threads, get_num_threads         how many threads a large batch may use
     set_spare_memory, get_spare_memory       how much memory of results that have died is kept for the next ones
@@ -45,7 +46,17 @@ with interruptible():
     from . import scalar
     from ._compile.kept_memory import get_spare_memory, set_spare_memory
     from ._system.threads import get_num_threads, set_num_threads
-    from .batch import impulse_2d, resolve, resolve_1d, resolve_2d, resolve_polar, time_of_impact
+    from .batch import (
+        impulse_2d,
+        impulse_3d,
+        resolve,
+        resolve_1d,
+        resolve_2d,
+        resolve_3d,
+        resolve_polar,
+        time_of_impact,
+        time_of_impact_3d,
+    )
     from .contacts import find_contacts, resolve_contacts
     from .errors import InvalidPairError
 
@@ -55,13 +66,16 @@ __all__ = [
     "get_num_threads",
     "get_spare_memory",
     "impulse_2d",
+    "impulse_3d",
     "resolve",
     "resolve_1d",
     "resolve_2d",
+    "resolve_3d",
     "resolve_contacts",
     "resolve_polar",
     "scalar",
     "set_num_threads",
     "set_spare_memory",
     "time_of_impact",
+    "time_of_impact_3d",
 ]

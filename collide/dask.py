@@ -32,7 +32,17 @@ from ._pairs.forms import FORMS
 from ._system import threads
 from .errors import InvalidPairError
 
-__all__ = ["impulse_2d", "resolve", "resolve_1d", "resolve_2d", "resolve_polar", "time_of_impact"]
+__all__ = [
+    "impulse_2d",
+    "impulse_3d",
+    "resolve",
+    "resolve_1d",
+    "resolve_2d",
+    "resolve_3d",
+    "resolve_polar",
+    "time_of_impact",
+    "time_of_impact_3d",
+]
 
 
 def resolve_1d(
@@ -79,6 +89,34 @@ def resolve_2d(
     return batch.Velocities2D(*_lazily("2d", inputs, approaching_only, invalid))
 
 
+def resolve_3d(
+    m1: Any,
+    m2: Any,
+    v1x: Any,
+    v1y: Any,
+    v1z: Any,
+    v2x: Any,
+    v2y: Any,
+    v2z: Any,
+    nx: Any,
+    ny: Any,
+    nz: Any,
+    *,
+    restitution: Any = 1.0,
+    approaching_only: bool = False,
+    invalid: str = "raise",
+) -> batch.Velocities3D:
+    """`collide.resolve_3d` over Dask arrays.
+
+    >>> v1z = da.from_array(np.array([1.0, 2.0, 3.0]), chunks=2)
+    >>> u = collide.dask.resolve_3d(1.0, 1.0, 0.0, 0.0, v1z, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
+    >>> u.u2z.compute()
+    array([0.5, 1. , 1.5])
+    """
+    inputs = m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, nz, restitution
+    return batch.Velocities3D(*_lazily("3d", inputs, approaching_only, invalid))
+
+
 def resolve(
     m1: Any,
     m2: Any,
@@ -97,17 +135,11 @@ def resolve(
     array([[1., 1.],
            [2., 2.]])
     """
-    rows = {name: _rows(name, value) for name, value in (("v1", v1), ("v2", v2), ("n", n))}
-    inputs = m1, m2, *(c for row in rows.values() for c in row), restitution
-    u = _lazily("2d", inputs, approaching_only, invalid)
-    return batch.Velocities(*(da.stack(ball, axis=-1).rechunk({ball[0].ndim: -1}) for ball in (u[:2], u[2:])))
-
-
-def _rows(name: str, value: Any) -> list[Any]:
-    """The components of vectors along the last axis."""
-    array = _array(name, value)
-    vectors.check_length(name, () if array is None else array.shape)
-    return [array[..., k] for k in range(array.shape[-1])]
+    arrays = {name: _array(name, value) for name, value in (("v1", v1), ("v2", v2), ("n", n))}
+    d = vectors.length_of({name: () if array is None else array.shape for name, array in arrays.items()})
+    inputs = m1, m2, *(array[..., k] for array in arrays.values() for k in range(d)), restitution
+    u = _lazily(vectors.FORMS[d].name, inputs, approaching_only, invalid)
+    return batch.Velocities(*(da.stack(ball, axis=-1).rechunk({ball[0].ndim: -1}) for ball in (u[:d], u[d:])))
 
 
 def resolve_polar(
@@ -153,7 +185,33 @@ def impulse_2d(
     array([2., 2., 2.])
     """
     inputs = m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution
-    return _lazily("impulse", inputs, approaching_only, invalid)[0]
+    return _lazily("impulse_2d", inputs, approaching_only, invalid)[0]
+
+
+def impulse_3d(
+    m1: Any,
+    m2: Any,
+    v1x: Any,
+    v1y: Any,
+    v1z: Any,
+    v2x: Any,
+    v2y: Any,
+    v2z: Any,
+    nx: Any,
+    ny: Any,
+    nz: Any,
+    *,
+    restitution: Any = 1.0,
+    approaching_only: bool = False,
+    invalid: str = "raise",
+) -> Any:
+    """`collide.impulse_3d` over Dask arrays.
+
+    >>> collide.dask.impulse_3d(1.0, np.inf, 0.0, 0.0, da.ones(3), 0.0, 0.0, 0.0, 0.0, 0.0, 1.0).compute()
+    array([2., 2., 2.])
+    """
+    inputs = m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, nz, restitution
+    return _lazily("impulse_3d", inputs, approaching_only, invalid)[0]
 
 
 def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any, *, invalid: str = "raise") -> Any:
@@ -163,6 +221,17 @@ def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any, *, inval
     array([2., 4.])
     """
     return _lazily("impact", (dx, dy, dvx, dvy, distance), False, invalid)[0]
+
+
+def time_of_impact_3d(
+    dx: Any, dy: Any, dz: Any, dvx: Any, dvy: Any, dvz: Any, distance: Any, *, invalid: str = "raise"
+) -> Any:
+    """`collide.time_of_impact_3d` over Dask arrays.
+
+    >>> collide.dask.time_of_impact_3d(0.0, 0.0, da.from_array(np.array([3.0, 5.0])), 0.0, 0.0, -1.0, 1.0).compute()
+    array([2., 4.])
+    """
+    return _lazily("impact_3d", (dx, dy, dz, dvx, dvy, dvz, distance), False, invalid)[0]
 
 
 _MOST_DIMENSIONS = 64  # of NumPy's arrays; the results of a chunk lie in one array, which has one more

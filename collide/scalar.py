@@ -4,7 +4,7 @@ Every function runs as plain Python on floats and NumPy arrays, compiles inside 
 batch functions run. Masses m1 and m2, velocities v before and u after, e the coefficient of restitution.
 
     in 1D       ball 1 is on the left: the pair approaches when v1 > v2
-    in 2D       n = (nx, ny), any non-zero length, points from ball 1 to ball 2: it approaches when (v1 - v2).n > 0
+    in 2D, 3D   n, of any length but 0, points from ball 1 to ball 2: it approaches when (v1 - v2).n > 0
     in polar    phi is the direction of n, and v1, theta1, v2, theta2 are speeds and directions; angles in radians
 
 Momentum and the definition of e give, along the line of centres,
@@ -23,10 +23,19 @@ from __future__ import annotations
 from typing import Any
 
 from ._compile.options import formula
-from ._formulas.collision import collision, impulse, in_polar_form, in_the_plane, on_a_line
+from ._formulas.collision import collision, impulse, in_polar_form, in_space, in_the_plane, on_a_line
 from ._formulas.impact import impact
 
-__all__ = ["impulse_2d", "resolve_1d", "resolve_2d", "resolve_polar", "time_of_impact"]
+__all__ = [
+    "impulse_2d",
+    "impulse_3d",
+    "resolve_1d",
+    "resolve_2d",
+    "resolve_3d",
+    "resolve_polar",
+    "time_of_impact",
+    "time_of_impact_3d",
+]
 
 
 @formula
@@ -60,6 +69,36 @@ def resolve_2d(
     -2.0
     """
     u1, u2, _, _ = collision(*in_the_plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution))
+    return (*u1, *u2)
+
+
+@formula
+def resolve_3d(
+    m1: Any,
+    m2: Any,
+    v1x: Any,
+    v1y: Any,
+    v1z: Any,
+    v2x: Any,
+    v2y: Any,
+    v2z: Any,
+    nx: Any,
+    ny: Any,
+    nz: Any,
+    restitution: Any = 1.0,
+) -> tuple[Any, Any, Any, Any, Any, Any]:
+    """Velocities (u1x, u1y, u1z, u2x, u2y, u2z) after a collision in space.
+
+        u1 = v1 - (1+e) m2/(m1+m2) ((v1-v2).n / n.n) n        u2 = v2 + (1+e) m1/(m1+m2) ((v1-v2).n / n.n) n
+
+    m1, m2: masses; v1x, v1y, v1z, v2x, v2y, v2z: velocity components; nx, ny, nz: a vector of any length from ball 1 to
+    ball 2 along the line of centres; restitution: e. Numbers, in any consistent set of units. Where v1z, v2z and nz are
+    0 the other components have the bits of `resolve_2d`.
+
+    >>> [float(u) for u in collide.scalar.resolve_3d(1.0, 1.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)]
+    [0.0, -1.5, 1.5, 0.0, 1.5, 1.5]
+    """
+    u1, u2, _, _ = collision(*in_space(m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, nz, restitution))
     return (*u1, *u2)
 
 
@@ -99,6 +138,35 @@ def impulse_2d(
 
 
 @formula
+def impulse_3d(
+    m1: Any,
+    m2: Any,
+    v1x: Any,
+    v1y: Any,
+    v1z: Any,
+    v2x: Any,
+    v2y: Any,
+    v2z: Any,
+    nx: Any,
+    ny: Any,
+    nz: Any,
+    restitution: Any = 1.0,
+) -> Any:
+    """The impulse on ball 2 along n/|n| in a collision in space, positive for a pair that approaches.
+
+        p = (1+e) m1 m2/(m1+m2) (v1-v2).n / |n|
+
+    The arguments are those of `resolve_3d`; units and error are as in `impulse_2d`, and the bits of it where v1z, v2z
+    and nz are 0.
+
+    >>> collide.scalar.impulse_3d(1.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0)
+    np.float64(2.0)
+    """
+    p, _ = impulse(*in_space(m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, nz, restitution))
+    return p
+
+
+@formula
 def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
     """The earliest t >= 0 at which two balls that move uniformly touch; inf if they never do.
 
@@ -119,4 +187,21 @@ def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
     np.float64(3.0)
     """
     t, _ = impact((dx, dy), (dvx, dvy), distance)
+    return t
+
+
+@formula
+def time_of_impact_3d(dx: Any, dy: Any, dz: Any, dvx: Any, dvy: Any, dvz: Any, distance: Any) -> Any:
+    """The earliest t >= 0 at which two balls that move uniformly in space touch; inf if they never do.
+
+        t = c / (sqrt(R^2 w^2 - |d x w|^2) - d.w),    c = d^2 - R^2
+
+    for d = (dx, dy, dz) = x2-x1, w = (dvx, dvy, dvz) = v2-v1 and R = distance = r1+r2 >= 0, in any consistent set of
+    units. All that `time_of_impact` says of its result holds here, and where dz and dvz are 0 it is the same number. Of
+    d.w only what is above 2^-100 |d||w| has a sign: below it a pair may be taken to move apart.
+
+    >>> collide.scalar.time_of_impact_3d(2.0, 3.0, 6.0, -2.0, -3.0, -6.0, 3.5)
+    np.float64(0.5)
+    """
+    t, _ = impact((dx, dy, dz), (dvx, dvy, dvz), distance)
     return t

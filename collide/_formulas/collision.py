@@ -35,6 +35,25 @@ def in_the_plane(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: A
 
 
 @formula
+def in_space(
+    m1: Any,
+    m2: Any,
+    v1x: Any,
+    v1y: Any,
+    v1z: Any,
+    v2x: Any,
+    v2y: Any,
+    v2z: Any,
+    nx: Any,
+    ny: Any,
+    nz: Any,
+    e: Any,
+) -> Any:
+    n, square, low = normal((nx, ny, nz))
+    return m1, m2, (v1x, v1y, v1z), (v2x, v2y, v2z), n, square, low, e
+
+
+@formula
 def in_polar_form(m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any, e: Any) -> Any:
     (s1, c1), (s2, c2), (s, c) = sincos(as_float64(theta1), as_float64(theta2), as_float64(phi))
     # cos**2 + sin**2 is as near to 1 as its own rounding would leave it.

@@ -32,31 +32,60 @@ def two_product(x: Any, y: Any) -> Any:
 # Products of vectors, which are tuples of components.
 
 
+# Of vectors in space whose third components are 0 all have the bits of the plane.
+
+
 @formula
 def dot_in_two(x: Any, y: Any) -> Any:
-    """x.y as a sum of two, for one or two components: only the rounding of the first is lost, on a line nothing."""
+    """x.y as a sum of two: the first one's rounding is lost, on a line nothing, in space also 2**-104 of the terms."""
     if len(x) == 1:
         return two_product(x[0], y[0])
-    (x0, x1), (y0, y1) = x, y
-    p, low = two_product(x1, y1)
-    return fused(x0, y0, p), low
+    p, low = two_product(x[1], y[1])
+    if len(x) == 3:
+        q, q_low = two_product(x[2], y[2])
+        p, sum_low = two_sum(p, q)
+        low = low + (sum_low + q_low)
+    return fused(x[0], y[0], p), low
 
 
 @formula
 def dot(x: Any, y: Any) -> Any:
-    """x.y to one and a half units in the last place, even where it cancels (Kahan)."""
+    """x.y to one and a half units in the last place, even where it cancels (Kahan); in space to 2**-104 of terms."""
     high, low = dot_in_two(x, y)
     return high + low
 
 
 @formula
 def two_dot(x: Any, y: Any) -> Any:
-    """x.y in the plane to twice the precision, as a sum of two; where that cancels they may be of one size."""
-    (x0, x1), (y0, y1) = x, y
-    p, e = two_product(x0, y0)
-    q, f = two_product(x1, y1)
+    """x.y to twice the precision, as a sum of two; where that cancels they may be of one size."""
+    p, e = two_product(x[0], y[0])
+    q, f = two_product(x[1], y[1])
     s, t = two_sum(p, q)
-    return s, t + (e + f)
+    low = t + (e + f)
+    if len(x) == 3:
+        r, g = two_product(x[2], y[2])
+        s, t = two_sum(s, r)
+        low = low + (t + g)
+    return s, low
+
+
+@formula
+def square(x: Any) -> Any:
+    """x.x, to half a unit in the last place for each component."""
+    if len(x) == 1:
+        return x[0] * x[0]
+    if len(x) == 2:
+        return fused(x[0], x[0], x[1] * x[1])
+    return fused(x[0], x[0], fused(x[1], x[1], x[2] * x[2]))
+
+
+@formula
+def factors_of_cross(x: Any, y: Any) -> Any:
+    """The components of x cross y, each as the product of two vectors in the plane; that of the plane is the last."""
+    in_the_plane, turned = (x[0], -x[1]), (y[1], y[0])
+    if len(x) == 2:
+        return (in_the_plane,), (turned,)
+    return ((x[1], -x[2]), (x[2], -x[0]), in_the_plane), ((y[2], y[1]), (y[0], y[2]), turned)
 
 
 def fused(x: Any, y: Any, z: Any) -> Any:

@@ -2,24 +2,26 @@
 
 All that there is to say of a form is its entry in the table at the end. From it follow the kernels of both storages,
 the yardstick of the memory limit, the changes of momentum and energy, the columns of tables, Dask and the command line.
-What a new form needs beside it: how it states a pair, in _formulas/collision.py (three dimensions: a product of vectors
-in exact.py as well), its public functions in scalar.py, batch.py and dask.py, what errors.py says of its columns, and
-its name in the tests' lists.
+What a new form needs beside it: how it states a pair, in _formulas/collision.py, its public functions in scalar.py,
+batch.py and dask.py, what errors.py says of its columns, and its name in the tests' lists.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from operator import mul
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
 
+from .._compile.components import each, halves
 from .._compile.kernel import Kernel, spread
 from .._compile.lanes import all_finite, fill
 from .._compile.options import formula
-from .._formulas.collision import collision, impulse, in_polar_form, in_the_plane, on_a_line
+from .._formulas.collision import collision, impulse, in_polar_form, in_space, in_the_plane, on_a_line
+from .._formulas.exact import dot
 from .._formulas.impact import impact
 from .loop import Step, loop
 
@@ -76,19 +78,19 @@ def obeys_rules(step: Any, results: Any, outputs: Any) -> Any:
 
 @formula
 def _impact(values: Any) -> Step:
-    dx, dy, dvx, dvy, distance = values
-    t, size = impact((dx, dy), (dvx, dvy), distance)
+    d, w = halves(values[:-1])
+    t, size = impact(d, w, values[-1])
     # t as closing speed: nobody asks for it, as a time of impact knows no approaching_only.
-    return Step((t,), (t,), t, size, (distance,), (dx, dy, dvx, dvy))
+    return Step((t,), (t,), t, size, (values[-1],), (d, w))
 
 
 @formula
 def _obeys_rules_of_impact(step: Any, results: Any, outputs: Any) -> Any:
     """An infinite time is valid: they never meet. One too large for the outputs is not; if for float64, it is NaN."""
-    (distance,), (dx, dy, dvx, dvy) = step.signs, step.others
-    finite = (abs(dx) < math.inf) & (abs(dy) < math.inf) & (abs(dvx) < math.inf) & (abs(dvy) < math.inf)
+    (distance,), (d, w) = step.signs, step.others
+    nothing = dot(each(mul, 0.0, d), each(mul, 0.0, w))  # NaN where one of them is not finite
     told = (results[0] == math.inf) | all_finite(results, outputs)
-    return finite & (distance >= 0.0) & (distance < math.inf) & told
+    return (nothing == 0.0) & (distance >= 0.0) & (distance < math.inf) & told
 
 
 def batch_kernels(
@@ -128,12 +130,18 @@ def _form(
     return Form(name, names, results, step, kernels, invalid, invalid["raise"])
 
 
-_PLANE, _VECTORS = "m1 m2 v1x v1y v2x v2y nx ny restitution", "u1x u1y u2x u2y"
+_PLANE, _IN_PLANE = "m1 m2 v1x v1y v2x v2y nx ny restitution", "u1x u1y u2x u2y"
+_SPACE = "m1 m2 v1x v1y v1z v2x v2y v2z nx ny nz restitution"
+_TIMES = {"raise": True, "nan": True}
 FORM_1D = _form("1d", "m1 m2 v1 v2 restitution", "u1 u2", _colliding(on_a_line))
-FORM_2D = _form("2d", _PLANE, _VECTORS, _colliding(in_the_plane))
-FORM_POLAR = _form("polar", "m1 m2 v1 theta1 v2 theta2 phi restitution", _VECTORS, _colliding(in_polar_form))
-IMPULSE = _form("impulse", _PLANE, "impulse", _transferring(in_the_plane))
-IMPACT = _form("impact", "dx dy dvx dvy distance", "t", _impact, _obeys_rules_of_impact, {"raise": True, "nan": True})
+FORM_2D = _form("2d", _PLANE, _IN_PLANE, _colliding(in_the_plane))
+FORM_3D = _form("3d", _SPACE, "u1x u1y u1z u2x u2y u2z", _colliding(in_space))
+FORM_POLAR = _form("polar", "m1 m2 v1 theta1 v2 theta2 phi restitution", _IN_PLANE, _colliding(in_polar_form))
+IMPULSE_2D = _form("impulse_2d", _PLANE, "impulse", _transferring(in_the_plane))
+IMPULSE_3D = _form("impulse_3d", _SPACE, "impulse", _transferring(in_space))
+IMPACT = _form("impact", "dx dy dvx dvy distance", "t", _impact, _obeys_rules_of_impact, _TIMES)
+IMPACT_3D = _form("impact_3d", "dx dy dz dvx dvy dvz distance", "t", _impact, _obeys_rules_of_impact, _TIMES)
 
-COLLISIONS = {form.name: form for form in (FORM_1D, FORM_2D, FORM_POLAR)}  # velocities after: what a table may hold
-FORMS = {**COLLISIONS, **{form.name: form for form in (IMPULSE, IMPACT)}}
+# Velocities after, which is what a table may hold; and all.
+COLLISIONS = {form.name: form for form in (FORM_1D, FORM_2D, FORM_3D, FORM_POLAR)}
+FORMS = {**COLLISIONS, **{form.name: form for form in (IMPULSE_2D, IMPULSE_3D, IMPACT, IMPACT_3D)}}

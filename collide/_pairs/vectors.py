@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,11 @@ from .._typing import Array
 from ..errors import InvalidPairError
 from . import execution
 from .arguments import as_array, broadcast_shape, checked_outputs, result_dtype
-from .forms import FORM_2D
+from .forms import FORM_2D, FORM_3D
 
 _ndarray, _FLOAT64 = np.ndarray, np.dtype(np.float64)
-_FORMS = {2: FORM_2D}  # by how many components vectors have
-_COMPONENTS = {d: [(slice(None), k) for k in range(d)] for d in _FORMS}
+FORMS = {2: FORM_2D, 3: FORM_3D}  # by how many components vectors have
+_COMPONENTS = {d: [(slice(None), k) for k in range(d)] for d in FORMS}
 _NAMES = "m1", "m2", "v1", "v2", "n", "restitution"
 _VECTORS = "v1", "v2", "n"
 
@@ -33,7 +33,7 @@ def call(inputs: tuple[Any, ...], approaching_only: Any, invalid: Any, out: Any)
     # Not by v1.T, whose rows come one by one at three times the price, a fifth of a small call.
     each = _COMPONENTS[v1.shape[1]]
     columns, targets = [v[k] for v in (v1, v2, n) for k in each], [u[k] for u in out for k in each]
-    execution.call(_FORMS[v1.shape[1]], (m1, m2, *columns, e), approaching_only, invalid, tuple(targets))
+    execution.call(FORMS[v1.shape[1]], (m1, m2, *columns, e), approaching_only, invalid, tuple(targets))
     return out  # type: ignore[no-any-return]
 
 
@@ -42,7 +42,7 @@ def _are_rows(m1: Any, m2: Any, v1: Any, v2: Any, n: Any, e: Any) -> bool:
     if not (type(v1) is type(v2) is type(n) is _ndarray and v1.dtype == v2.dtype == n.dtype == _FLOAT64):
         return False
     shape = v1.shape
-    if len(shape) != 2 or shape[1] not in _FORMS or v2.shape != shape or n.shape != shape:
+    if len(shape) != 2 or shape[1] not in FORMS or v2.shape != shape or n.shape != shape:
         return False
     return all(type(x) is float or (type(x) is _ndarray and x.shape == shape[:1]) for x in (m1, m2, e))
 
@@ -60,7 +60,7 @@ def _may_take(u1: Any, u2: Any, v1: Array) -> bool:
 def _general(inputs: tuple[Any, ...], approaching_only: Any, invalid: Any, out: Any) -> Sequence[Array]:
     given = dict(zip(_NAMES, inputs, strict=True))
     arrays = {name: v if _is_usual(v) else as_array(name, v) for name, v in given.items()}
-    d = _components(arrays)
+    d = length_of({name: arrays[name].shape for name in _VECTORS})
     shape = broadcast_shape(arrays, arrays.values(), _VECTORS)
     dtype = result_dtype(inputs, arrays.values())
     if out is None:
@@ -72,7 +72,7 @@ def _general(inputs: tuple[Any, ...], approaching_only: Any, invalid: Any, out: 
     columns = given["m1"], given["m2"], *components, given["restitution"]
     targets = tuple(c for u in outputs for c in _columns(u, shape))
     try:
-        execution.call(_FORMS[d], columns, approaching_only, invalid, targets)
+        execution.call(FORMS[d], columns, approaching_only, invalid, targets)
     except InvalidPairError as error:
         raise error if shape else InvalidPairError((), error.count, error.reason) from None
     return outputs
@@ -82,20 +82,16 @@ def _is_usual(value: Any) -> bool:
     return type(value) is np.ndarray and value.dtype.char in "df"
 
 
-def check_length(name: str, shape: tuple[int, ...]) -> None:
-    """Whether the last axis is that of vectors that there is a form for."""
-    if not shape or shape[-1] not in _FORMS:
-        lengths = " or ".join(map(str, _FORMS))
-        raise ValueError(f"{name} has shape {shape}: its last axis must have length {lengths}, one a component")
-
-
-def _components(arrays: dict[str, Array]) -> int:
-    """How many the vectors have."""
-    for name in _VECTORS:
-        check_length(name, arrays[name].shape)
-        if arrays[name].shape[-1] != arrays["v1"].shape[-1]:
-            raise ValueError(f"{name} has shape {arrays[name].shape}: its last axis must have the length of that of v1")
-    return int(arrays["v1"].shape[-1])
+def length_of(shapes: Mapping[str, tuple[int, ...]]) -> int:
+    """How many components the vectors of v1 and the others have: one number for all, that there is a form for."""
+    d = shapes["v1"][-1] if shapes["v1"] else 0
+    for name, shape in shapes.items():
+        if not shape or shape[-1] not in FORMS:
+            lengths = " or ".join(map(str, FORMS))
+            raise ValueError(f"{name} has shape {shape}: its last axis must have length {lengths}, one a component")
+        if shape[-1] != d:
+            raise ValueError(f"{name} has shape {shape}: its last axis must have length {d}, as that of v1")
+    return d
 
 
 def _columns(vectors: Array, shape: tuple[int, ...]) -> list[Any]:

@@ -38,4 +38,4 @@ def test_nothing_is_compiled_twice():
     compiled, second = ast.literal_eval(process.printed_by(EVERY_KERNEL, "second"))
     assert compiled == []
     assert first == second
-    assert len({found[0] for found in first.values()}) == len(first) == 20
+    assert len({found[0] for found in first.values()}) == len(first) == 32

@@ -48,6 +48,22 @@ def plane(n, seed):
     return m1, m2, *v, *normal, one_of(np.ones(n), rng.random(n))
 
 
+def space(n, seed):
+    """m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, nz, restitution: the plane's, and third components like its."""
+    rng = np.random.default_rng(seed + 2)
+    m1, m2, v1x, v1y, v2x, v2y, nx, ny, e = plane(n, seed)
+
+    def third(*others):
+        """Of the size of one of the others, or smaller, or 0."""
+        like = np.choose(rng.integers(len(others), size=n), others)
+        return like * np.choose(
+            rng.integers(3, size=n), [rng.choice([-1.0, 1.0], n), uniform(rng, -1, 1, n), np.zeros(n)]
+        )
+
+    v1z, v2z = third(v1x, v1y, v2x), third(v2x, v2y, v1y)
+    return m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, third(nx, ny), e
+
+
 def polar(n, seed):
     """m1, m2, v1, theta1, v2, theta2, phi, restitution."""
     rng = np.random.default_rng(seed + 1)

@@ -170,15 +170,18 @@ def test_the_public_names():
         "get_num_threads",
         "get_spare_memory",
         "impulse_2d",
+        "impulse_3d",
         "resolve",
         "resolve_1d",
         "resolve_2d",
+        "resolve_3d",
         "resolve_contacts",
         "resolve_polar",
         "scalar",
         "set_num_threads",
         "set_spare_memory",
         "time_of_impact",
+        "time_of_impact_3d",
     }
     for name in collide.__all__:
         assert getattr(collide, name).__doc__

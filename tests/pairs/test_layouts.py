@@ -11,33 +11,40 @@ from tests.helpers import pairs, process
 FUNCTIONS = {
     "1d": collide.resolve_1d,
     "2d": collide.resolve_2d,
+    "3d": collide.resolve_3d,
     "polar": collide.resolve_polar,
-    "impulse": collide.impulse_2d,
+    "impulse_2d": collide.impulse_2d,
+    "impulse_3d": collide.impulse_3d,
     "impact": collide.time_of_impact,
+    "impact_3d": collide.time_of_impact_3d,
 }
 SIZES = [*range(1, 36), 260, 70_000]  # every tail of a step, in both storages; the last for several threads
 
 
 def columns_of(form, n, dtype, seed=0):
     rng = np.random.default_rng(seed)
-    if form == "impact":
-        c = [*rng.normal(size=(4, n)), rng.random(n)]
+    impact = form.startswith("impact")
+    if impact:
+        c = [*rng.normal(size=(6 if form == "impact_3d" else 4, n)), rng.random(n)]
     elif form == "polar":
         c = pairs.polar(n, seed)
+    elif form.endswith("3d"):
+        c = pairs.space(n, seed)
     else:
         c = pairs.plane(n, seed)
         c = (*c[:4], c[-1]) if form == "1d" else c
     if dtype == "f4":  # within its range, whatever the pair
         c = [np.clip(np.nan_to_num(x, posinf=1e9), -1e9, 1e9).astype("f4") for x in c]
-        c[0 if form != "impact" else 4] = np.abs(c[0 if form != "impact" else 4]) + np.float32(0.5)
-        if form in ("2d", "impulse"):
-            c[6] = c[6] + np.float32(1e-6) * (c[6] == 0)
+        positive = -1 if impact else 0
+        c[positive] = np.abs(c[positive]) + np.float32(0.5)
+        if form[-2:] in ("2d", "3d") and not impact:
+            c[-2] = c[-2] + np.float32(1e-6) * (c[-2] == 0)
     return [np.ascontiguousarray(x) for x in c]
 
 
 def call(form, c, out=None):
     options = {"out": out if out is None or len(out) > 1 else out[0], "invalid": "nan"}
-    if form == "impact":
+    if form.startswith("impact"):
         u = FUNCTIONS[form](*c, **options)
     else:
         u = FUNCTIONS[form](*c[:-1], restitution=c[-1], **options)
@@ -79,12 +86,13 @@ def test_every_step_and_every_tail(form, dtype):
             assert_same_bits(call(form, [stepped(x, 2 * item) if i == k else x for k, x in enumerate(c)]), want)
 
 
-@pytest.mark.parametrize("d", [2, 3, 4, 5, 8])
+@pytest.mark.parametrize(("form", "d"), [*(("2d", d) for d in (2, 3, 4, 5, 8)), *(("3d", d) for d in (3, 4, 8))])
 @pytest.mark.parametrize("dtype", ["f8", "f4"])
 @pytest.mark.parametrize("n", [1, 7, 8, 9, 16, 23, 1000, 70_001, 300_001])  # the last is streamed
-def test_rows(n, dtype, d):
-    c = columns_of("2d", n, dtype)
-    want = call("2d", c)
+def test_rows(n, dtype, form, d):
+    c = columns_of(form, n, dtype)
+    want = call(form, c)
+    k = len(want) // 2  # components
 
     def rows(*columns):
         a = np.full((n, d), 7.0, dtype)
@@ -92,16 +100,16 @@ def test_rows(n, dtype, d):
             a[:, k] = column
         return a
 
-    v1, v2, normals = rows(*c[2:4]), rows(*c[4:6]), rows(*c[6:8])
+    v1, v2, normals = (rows(*c[first : first + k]) for first in range(2, 2 + 3 * k, k))
     u1, u2 = rows(), rows()
-    given = [*c[:2], *v1.T[:2], *v2.T[:2], *normals.T[:2], c[8]]
-    got = call("2d", given, (*u1.T[:2], *u2.T[:2]))
+    given = [*c[:2], *v1.T[:k], *v2.T[:k], *normals.T[:k], c[-1]]
+    got = call(form, given, (*u1.T[:k], *u2.T[:k]))
     assert_same_bits([np.ascontiguousarray(u) for u in got], want)
-    assert (u1[:, 2:] == 7.0).all() and (u2[:, 2:] == 7.0).all()
+    assert (u1[:, k:] == 7.0).all() and (u2[:, k:] == 7.0).all()
 
-    got = call("2d", given, (*v1.T[:2], *v2.T[:2]))  # in place
+    got = call(form, given, (*v1.T[:k], *v2.T[:k]))  # in place
     assert_same_bits([np.ascontiguousarray(u) for u in got], want)
-    assert (v1[:, 2:] == 7.0).all() and (v2[:, 2:] == 7.0).all()
+    assert (v1[:, k:] == 7.0).all() and (v2[:, k:] == 7.0).all()
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (1, 0, 3, 2), (0, 2, 1, 3), (3, 1, 0, 2)])
@@ -223,31 +231,32 @@ def test_an_empty_column_is_no_number():
 # `resolve`
 
 
-def vectors(n, dtype="f8", seed=0):
-    m1, m2, *v, e = columns_of("2d", n, dtype, seed)
-    return m1, m2, *(np.stack(v[k : k + 2], axis=-1) for k in (0, 2, 4)), e
+def vectors(n, dtype, d):
+    m1, m2, *v, e = columns_of(f"{d}d", n, dtype)
+    return m1, m2, *(np.stack(v[k : k + d], axis=-1) for k in (0, d, 2 * d)), e
 
 
 @pytest.mark.fast
 @pytest.mark.parametrize("dtype", ["f8", "f4"])
+@pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("n", [1, 8, 100, 70_000, 300_000])
-def test_vectors_have_the_bits_of_columns(n, dtype):
-    *given, e = vectors(n, dtype)
-    want = call("2d", columns_of("2d", n, dtype))
+def test_vectors_have_the_bits_of_columns(n, d, dtype):
+    *given, e = vectors(n, dtype, d)
+    want = call(f"{d}d", columns_of(f"{d}d", n, dtype))
     for got in (
         collide.resolve(*given, restitution=e, invalid="nan"),
-        collide.resolve(*given, restitution=e, invalid="nan", out=(np.empty((n, 2), dtype), np.empty((n, 2), dtype))),
+        collide.resolve(*given, restitution=e, invalid="nan", out=(np.empty((n, d), dtype), np.empty((n, d), dtype))),
         collide.resolve(*map(np.asfortranarray, given), restitution=e, invalid="nan"),
     ):
-        assert_same_bits([np.ascontiguousarray(u.T[k]) for u in got for k in range(2)], want)
+        assert_same_bits([np.ascontiguousarray(u.T[k]) for u in got for k in range(d)], want)
     got = collide.resolve(*given, restitution=e, invalid="nan", out=(given[2], given[3]))
     assert got.u1 is given[2] and got.u2 is given[3]
-    assert_same_bits([np.ascontiguousarray(u.T[k]) for u in got for k in range(2)], want)
+    assert_same_bits([np.ascontiguousarray(u.T[k]) for u in got for k in range(d)], want)
 
 
 def test_results_are_whole_arrays():
-    for shape in ((2,), (3, 2), (300_000, 2), (3, 4, 2)):
-        u = collide.resolve(1.0, 2.0, np.ones(shape), np.zeros(shape), [1.0, 0.5])
+    for shape in ((2,), (3, 2), (300_000, 2), (3, 4, 2), (3,), (2, 3)):
+        u = collide.resolve(1.0, 2.0, np.ones(shape), np.zeros(shape), [1.0, 0.5, 0.25][: shape[-1]])
         for a in u:
             assert (type(a), a.shape, a.dtype) == (np.ndarray, shape, np.float64)
             assert a.flags.c_contiguous and a.flags.owndata and a.flags.writeable
@@ -269,9 +278,10 @@ def test_axes_before_the_last_broadcast():
 @pytest.mark.parametrize(
     ("change", "error", "message"),
     [
-        ({"v1": 3.0}, ValueError, r"v1 has shape \(\): its last axis must have length 2, one a component"),
-        ({"n": np.ones((4, 3))}, ValueError, r"n has shape \(4, 3\): its last axis must have length 2"),
-        ({"v2": np.ones((2, 4))}, ValueError, r"v2 has shape \(2, 4\): its last axis must have length 2"),
+        ({"v1": 3.0}, ValueError, r"v1 has shape \(\): its last axis must have length 2 or 3, one a component"),
+        ({"n": np.ones((4, 3))}, ValueError, r"n has shape \(4, 3\): its last axis must have length 2, as that of v1"),
+        ({"v1": np.ones(3)}, ValueError, r"v2 has shape \(4, 2\): its last axis must have length 3, as that of v1"),
+        ({"v2": np.ones((2, 4))}, ValueError, r"v2 has shape \(2, 4\): its last axis must have length 2 or 3"),
         ({"m1": np.ones(3)}, ValueError, r"the shapes .* do not broadcast together: m1 \(3,\), m2 \(4,\), v1 \(4, 2\)"),
         ({"v2": "ab"}, TypeError, "v2: the dtype <U2 is not supported"),
         ({"m2": 1j}, TypeError, "m2: the dtype complex128 is not supported"),
