@@ -156,8 +156,9 @@ def impulse_3d(
 
         p = (1+e) m1 m2/(m1+m2) (v1-v2).n / |n|
 
-    The arguments are those of `resolve_3d`; units and error are as in `impulse_2d`, and the bits of it where v1z, v2z
-    and nz are 0.
+    The arguments are those of `resolve_3d`; the result is in units of mass times velocity. It is off by at most
+    20 * 2**-52 of the lighter mass times the largest velocity component before or after, and where v1z, v2z and nz are
+    0 it has the bits of `impulse_2d`.
 
     >>> collide.scalar.impulse_3d(1.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0)
     np.float64(2.0)

@@ -1,20 +1,21 @@
 """Contract 1: the error against 50 digits, over the whole range; and climbs towards the worst case.
 
-Why 8 in the plane, to first order. Let u = 2**-53, no component before or after be above 1, e <= 1, W1 + W2 = 1 the
-exact shares of the masses, d = v1-v2, c = d.n, J n the change of d. No component of W1 J n or W2 J n is above 2 then.
-In one component of what ball 1 gets (ball 2 is like it) `in_plane` and `changes` leave these errors:
+Why 8 in the plane and in space, to first order. Let u = 2**-53, no component before or after be above 1, e <= 1,
+W1 + W2 = 1 the exact shares of the masses, d = v1-v2, c = d.n, J n the change of d. No component of W1 J n or W2 J n is
+above 2 then. In one component of what ball 1 gets (ball 2 is like it) `collision` and `changes` leave these errors:
 
-    the two components of d are rounded            (1+e) W1 (|dx nx| + |dy ny|) |nx| / n.n u       <= 4.83 W1 u
+    the components of d are rounded        (1+e) W1 (|dx nx| + |dy ny| + |dz nz|) |nx| / n.n u     <= 5.47 W1 u
     the high parts of c and n.n are rounded                                                         2 W1 J n u
     so are the inner two steps of `left`, c (1 - (1+e) W1) and -e c:
                                      (|1/(1+e) - W1| + e/(1+e)) W1 J n u         <= max(W1, W2) W1 J n u
     w = m*inverse and w*q, 2 u of each ball: `left` leaves only by how much the two differ        4 W1 W2 J n u
     j1 and the result itself are rounded                                                            W1 J n u + u
 
-With J n <= 2/max(W1, W2) that is (15 - 1.17 W1) u from W1 = 1/2 on and less below it: 14.4 u or 7.2 eps at most. On a
-line only the difference is rounded before, which leaves 5 eps. For e > 1 the first line grows as 1+e does, and the
-others stay below 17 u: 8 (1+e)/2 eps hold. In polar form sines, cosines and the components of v err by up to 2.7 u
-each; if all did so in the worst direction it would be 21 eps. The climbs stay below 7: 10 is promised.
+With J n <= 2/max(W1, W2) that is (15 - 0.53 W1) u from W1 = 1/2 on and less below it: 14.8 u or 7.4 eps at most; in the
+plane, where the first line is 4.83 W1 u at most, 7.2 eps. On a line only the difference is rounded before, which leaves
+5 eps. For e > 1 the first line grows as 1+e does, and the others stay below 17 u: 8 (1+e)/2 eps hold. In polar form
+sines, cosines and the components of v err by up to 2.7 u each; if all did so in the worst direction it would be 21 eps.
+The climbs stay below 7: 10 is promised.
 """
 
 import multiprocessing
@@ -28,7 +29,7 @@ from tests.helpers import climb, naive, pairs
 from tests.helpers.sizes import sizes
 
 # In 2**-52 of the pair's largest velocity component before or after, times climb.allowance(e).
-BOUND = {"resolve_2d": 8.0, "resolve_polar": 10.0, "resolve_1d": 8.0}
+BOUND = {"resolve_2d": 8.0, "resolve_3d": 8.0, "resolve_polar": 10.0, "resolve_1d": 8.0}
 
 
 def worst_error(name, columns):
@@ -47,6 +48,13 @@ def test_plane(size):
     error, row = worst_error("resolve_2d", pairs.plane(size, 1))
     print(f"worst of {size} pairs: {error:.2f} eps, at {row}")
     assert error <= BOUND["resolve_2d"]
+
+
+@sizes(usual=5000, campaign=200_000)
+def test_space(size):
+    error, row = worst_error("resolve_3d", pairs.space(size, 4))
+    print(f"worst of {size} pairs: {error:.2f} eps, at {row}")
+    assert error <= BOUND["resolve_3d"]
 
 
 @sizes(usual=5000, campaign=200_000)
@@ -112,6 +120,17 @@ KNOWN = [
 def test_known_cases(row):
     got = collide.resolve_2d(*row[:-1], restitution=row[-1])
     assert naive.row_error("resolve_2d", row, got) <= 5.0
+    m1, m2, *v, nx, ny, e = row
+    for axis in range(3):  # the same in the planes across an axis of space
+        turned = [
+            m1,
+            m2,
+            *np.insert([*v[:2]], axis, 0.0),
+            *np.insert(v[2:], axis, 0.0),
+            *np.insert([nx, ny], axis, 0.0),
+        ]
+        got = collide.resolve_3d(*turned, restitution=e)
+        assert naive.row_error("resolve_3d", [*turned, e], got) <= 5.0
 
 
 @pytest.mark.fast
@@ -126,7 +145,7 @@ def test_masses_and_normals_at_the_ends_of_the_range():
                 assert naive.row_error("resolve_2d", row, got) <= BOUND["resolve_2d"], row
 
 
-@pytest.mark.parametrize("name", ["resolve_2d", "resolve_1d"])
+@pytest.mark.parametrize("name", ["resolve_3d", "resolve_2d", "resolve_1d"])
 @sizes(usual=3000, campaign=20_000)
 def test_the_whole_range(name, size):
     """Masses and normals of any size, subnormal ones too, and speeds from 1e-290 to 1e290."""
@@ -135,12 +154,13 @@ def test_the_whole_range(name, size):
     m = np.ldexp(rng.uniform(0.5, 1, (2, n)), rng.integers(-1074, 1025, (2, n)))
     beside = rng.random(n) < 0.5
     m[1, beside] = m[0, beside] * rng.uniform(0.5, 1, beside.sum())
-    apart = -rng.integers(0, 60, (6, n)) * (rng.random((6, n)) < 0.5)
-    v = np.ldexp(rng.uniform(-1, 1, (4, n)), rng.integers(-960, 963, n) + apart[:4])
+    d = int(name[-2])
+    apart = -rng.integers(0, 60, (3 * d, n)) * (rng.random((3 * d, n)) < 0.5)
+    v = np.ldexp(rng.uniform(-1, 1, (2 * d, n)), rng.integers(-960, 963, n) + apart[: 2 * d])
     v[0] = np.copysign(np.maximum(abs(v[0]), 1e-290), v[0])
-    normals = np.ldexp(rng.uniform(-1, 1, (2, n)), rng.integers(-1072, 1025, n) + apart[4:])
+    normals = np.ldexp(rng.uniform(-1, 1, (d, n)), rng.integers(-1072, 1025, n) + apart[2 * d :])
     normals[0, ~normals.any(0)] = 5e-324
-    c = [*m, *v, *normals] if name == "resolve_2d" else [*m, *v[:2]]
+    c = [*m, *v] if d == 1 else [*m, *v, *normals]
     got = np.array(getattr(collide, name)(*c, restitution=0.75)).T.tolist()
     for row, u in zip(np.array([*c, np.full(n, 0.75)]).T.tolist(), got, strict=True):
         assert naive.row_error(name, row, u) <= 6.0, row

@@ -19,7 +19,7 @@ import numpy as np
 import collide
 from tests.helpers import naive
 
-N_COLUMNS = {"resolve_1d": 5, "resolve_2d": 9, "resolve_polar": 8}
+N_COLUMNS = {"resolve_1d": 5, "resolve_2d": 9, "resolve_3d": 12, "resolve_polar": 8}
 ANGLES = {"resolve_polar": (3, 5, 6)}
 N_PARENTS = 20
 
@@ -142,6 +142,19 @@ def errors_2d(c, got):
     return errors
 
 
+@numba.njit(error_model="numpy", nogil=True)
+def errors_3d(c, got):
+    errors = np.empty(c.shape[1])
+    for k in range(c.shape[1]):
+        s = _near_one(np.max(np.abs(c[2:8, k])), 0.0)
+        v1 = (s * c[2, k], 0.0), (s * c[3, k], 0.0), (s * c[4, k], 0.0)
+        v2 = (s * c[5, k], 0.0), (s * c[6, k], 0.0), (s * c[7, k], 0.0)
+        f = _near_one(np.max(np.abs(c[8:11, k])), 0.0)
+        n = (f * c[8, k], 0.0), (f * c[9, k], 0.0), (f * c[10, k], 0.0)
+        errors[k] = _pair_error(c[0, k], c[1, k], v1, v2, n, c[11, k], s * got[:, k])
+    return errors
+
+
 # pi/2 in four doubles, and 1/k! in twice the precision.
 _FACTORIALS = [naive.mp.factorial(k) for k in range(28)]
 _HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33, 4.320570262296456e-50)
@@ -184,7 +197,7 @@ def errors_polar(c, got):
     return errors
 
 
-ERRORS = {"resolve_1d": errors_1d, "resolve_2d": errors_2d, "resolve_polar": errors_polar}
+ERRORS = {"resolve_1d": errors_1d, "resolve_2d": errors_2d, "resolve_3d": errors_3d, "resolve_polar": errors_polar}
 
 
 def errors_of(name, c):

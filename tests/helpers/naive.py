@@ -41,6 +41,17 @@ def resolve_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny, e=1.0):
     return _collide(m1, m2, [v1x, v1y], [v2x, v2y], [nx, ny], e)
 
 
+def resolve_3d(*pair):
+    return _in_space(*pair)[0]
+
+
+def _in_space(m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, nz, e=1.0):
+    """The velocities after, those before, and n."""
+    m1, m2, e = map(mpf, (m1, m2, e))
+    v1, v2, n = ([*map(mpf, vector)] for vector in ((v1x, v1y, v1z), (v2x, v2y, v2z), (nx, ny, nz)))
+    return _collide(m1, m2, v1, v2, n, e), [*v1, *v2], n
+
+
 def components_of(v, theta):
     with mp.workdps(50 + max(0, int(mpmath.log10(abs(mpf(theta)) + 1)))):
         return mpf(v) * mp.cos(mpf(theta)), mpf(v) * mp.sin(mpf(theta))
@@ -59,11 +70,25 @@ def impulse_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny, e=1.0):
     return min(m1, m2) * (change[0] * nx + change[1] * ny) / mp.sqrt(nx * nx + ny * ny)
 
 
-def time_of_impact(dx, dy, dvx, dvy, distance):
-    """The smaller root of the quadratic, as a textbook has it, at enough digits that nothing is lost."""
+def impulse_3d(*pair):
+    """The same in space."""
+    u, v, n = _in_space(*pair)
+    m1, m2 = map(mpf, pair[:2])
+    change = [b - a for a, b in zip(u[:3], v[:3], strict=True)]
+    change = change if m1 <= m2 else [a - b for a, b in zip(u[3:], v[3:], strict=True)]
+    return min(m1, m2) * sum(a * b for a, b in zip(change, n, strict=True)) / mp.sqrt(sum(x * x for x in n))
+
+
+def time_of_impact(*pair):
+    """The smaller root of the quadratic, as a textbook has it, at enough digits that nothing is lost.
+
+    In the plane and in space: the components of d, those of w, and the distance.
+    """
     with mp.workdps(150):
-        dx, dy, dvx, dvy, distance = map(mpf, (dx, dy, dvx, dvy, distance))
-        a, b, c = dvx**2 + dvy**2, dx * dvx + dy * dvy, dx**2 + dy**2 - distance**2
+        *components, distance = map(mpf, pair)
+        d, w = components[: len(components) // 2], components[len(components) // 2 :]
+        a, b = sum(x * x for x in w), sum(x * y for x, y in zip(d, w, strict=True))
+        c = sum(x * x for x in d) - distance**2
         if b >= 0 or b**2 < a * c:
             return mpf("inf")
         return max(mpf(0), (-b - mp.sqrt(b**2 - a * c)) / a)
@@ -81,7 +106,7 @@ def velocities_before(name, row):
     """The components before the collision, of a row of the arguments of the function of that name."""
     if name == "resolve_polar":
         return [*components_of(*row[2:4]), *components_of(*row[4:6])]
-    return row[2:4] if name == "resolve_1d" else row[2:6]
+    return row[2 : {"resolve_1d": 4, "resolve_2d": 6, "resolve_3d": 8}[name]]
 
 
 def row_error(name, row, got):

@@ -10,14 +10,16 @@ from tests.helpers import naive, pairs
 
 INF = np.inf
 # eps of the lighter mass times the largest velocity component before or after. p is rounded by 9 u and a half, where u
-# is half an eps, and may be 2.8 times that product; the components of v1-v2 add 2.8 u. Climbs find less than 6.
-BOUND = 16
+# is half an eps, and may be 2.8 times that product, 3.5 times in space; the components of v1-v2 add as much, in u.
+# Climbs find less than 6.
+BOUND = {"impulse_2d": 16, "impulse_3d": 20}
 
 
 def error(p, *pair):
     """In eps of the scale; below the smallest normal number float64 has no such thing."""
-    exact = naive.impulse_2d(*pair)
-    scale = min(pair[:2]) * max(map(abs, (*map(mpf, pair[2:6]), *naive.resolve_2d(*pair))))
+    impulse, resolve = (naive.impulse_2d, naive.resolve_2d) if len(pair) == 9 else (naive.impulse_3d, naive.resolve_3d)
+    exact, after = impulse(*pair), resolve(*pair)
+    scale = min(pair[:2]) * max(map(abs, (*map(mpf, pair[2 : 2 + len(after)]), *after)))
     difference = max(mpf(0), abs(mpf(float(p)) - exact) - mpf("1e-320"))
     return float(difference / scale) / naive.EPS if scale else float(difference)
 
@@ -34,7 +36,7 @@ def test_a_climb():
     for _ in range(12):
         got = collide.impulse_2d(*np.array(rows).T[:-1], restitution=np.array(rows).T[-1], invalid="nan")
         errors = [error(p, *row) if np.isfinite(p) else 0.0 for p, row in zip(got, rows, strict=True)]
-        assert max(errors) <= BOUND
+        assert max(errors) <= BOUND["impulse_2d"]
         best = [rows[k] for k in np.argsort(errors)[-20:]]
         rows = [*best, *(np.array(row) * (1 + 2.0 ** rng.uniform(-52, 0) * rng.uniform(-1, 1, 9)) for row in best * 25)]
         rows = [[*np.abs(row[:2]), *row[2:8], min(abs(row[8]), 1.0)] for row in rows]
@@ -42,14 +44,15 @@ def test_a_climb():
     assert max(errors) > 2.0
 
 
-def test_against_50_digits():
-    c = pairs.plane(3000, seed=11)
+@pytest.mark.parametrize(("draw", "function"), [(pairs.plane, collide.impulse_2d), (pairs.space, collide.impulse_3d)])
+def test_against_50_digits(draw, function):
+    c = draw(3000, seed=11)
     *columns, e = (x[(c[0] != INF) | (c[1] != INF)] for x in c)
-    got = collide.impulse_2d(*columns, restitution=e, invalid="nan")
+    got = function(*columns, restitution=e, invalid="nan")
     assert np.isfinite(got).mean() > 0.8
     for p, m1, m2, *rest in zip(got, *columns, e, strict=True):
         if np.isfinite(p):
-            assert error(p, m1, m2, *rest) <= BOUND
+            assert error(p, m1, m2, *rest) <= BOUND[function.__name__]
 
 
 @pytest.mark.fast
@@ -68,6 +71,19 @@ def test_it_is_what_resolve_2d_transfers():
 
 
 @pytest.mark.fast
+def test_it_is_what_resolve_3d_transfers():
+    rng = np.random.default_rng(1)
+    m1, m2, e = rng.uniform(0.1, 5, (3, 1003))
+    v1, v2, n = rng.normal(size=(3, 3, 1003))
+    p = collide.impulse_3d(m1, m2, *v1, *v2, *n, restitution=e)
+    u = np.array(collide.resolve_3d(m1, m2, *v1, *v2, *n, restitution=e))
+    along = n / np.linalg.norm(n, axis=0)
+    np.testing.assert_allclose(m2 * (u[3:] - v2), p * along, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(m1 * (v1 - u[:3]), p * along, rtol=1e-12, atol=1e-13)
+    np.testing.assert_array_equal(p > 0, ((v1 - v2) * n).sum(0) > 0)
+
+
+@pytest.mark.fast
 @pytest.mark.parametrize(
     ("m1", "m2", "want"), [(1.0, INF, 4.0), (INF, 1.0, 4.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (2.0, 2.0, 4.0)]
 )
@@ -82,14 +98,24 @@ def test_the_bits_are_those_of_one_pair_compiled_and_not():
         for k in range(p.size):
             p[k] = collide.scalar.impulse_2d(m1[k], m2[k], v1x[k], v1y[k], v2x[k], v2y[k], nx[k], ny[k], e[k])
 
-    *columns, e = pairs.plane(2003, seed=12)
-    batch = collide.impulse_2d(*columns, restitution=e, invalid="nan")
-    valid = np.isfinite(batch)
-    p = np.empty(2003)
-    one_by_one(*columns, e, p)
-    np.testing.assert_array_equal(batch[valid], p[valid])
-    with np.errstate(all="ignore"):
-        np.testing.assert_array_equal(collide.scalar.impulse_2d(*columns, e)[valid], p[valid])
+    @numba.njit
+    def one_by_one_in_space(m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, nz, e, p):
+        for k in range(p.size):
+            p[k] = collide.scalar.impulse_3d(
+                m1[k], m2[k], v1x[k], v1y[k], v1z[k], v2x[k], v2y[k], v2z[k], nx[k], ny[k], nz[k], e[k]
+            )
+
+    for name, c, loop in (
+        ("impulse_2d", pairs.plane(2003, seed=12), one_by_one),
+        ("impulse_3d", pairs.space(2003, seed=12), one_by_one_in_space),
+    ):
+        batch = getattr(collide, name)(*c[:-1], restitution=c[-1], invalid="nan")
+        valid = np.isfinite(batch)
+        p = np.empty(2003)
+        loop(*c, p)
+        np.testing.assert_array_equal(batch[valid], p[valid])
+        with np.errstate(all="ignore"):
+            np.testing.assert_array_equal(getattr(collide.scalar, name)(*c)[valid], p[valid])
 
 
 @pytest.mark.fast

@@ -100,6 +100,32 @@ def test_rotation(p, angle, e):
     close(turned, turn @ u, 48, scale_of(p, u))
 
 
+vector = st.tuples(velocities, velocities, velocities).map(np.array)
+unit = st.tuples(angles, st.floats(-1.0, 1.0)).map(
+    lambda x: np.array([np.sqrt(1 - x[1] ** 2) * np.cos(x[0]), np.sqrt(1 - x[1] ** 2) * np.sin(x[0]), x[1]])
+)
+
+
+@given(masses, masses, vector, vector, unit, unit, restitutions)
+def test_in_space(m1, m2, v1, v2, n, axis, e):
+    """Momentum, energy, what is across and along, both balls exchanged, and turned with all of space."""
+
+    def resolve(m1, m2, v1, v2, n):
+        return np.array(collide.resolve_3d(m1, m2, *v1, *v2, *n, restitution=e)).reshape(2, 3)
+
+    u1, u2 = resolve(m1, m2, v1, v2, n)
+    scale = max(np.abs([v1, v2, u1, u2]).max(), 1e-300)
+    close(m1 * (u1 - v1) + m2 * (u2 - v2), 0, 16, scale * (m1 + m2))
+    lost = m1 * m2 / (m1 + m2) * (1 - e * e) * ((v1 - v2) @ n) ** 2
+    close(m1 * (u1 @ u1 - v1 @ v1) + m2 * (u2 @ u2 - v2 @ v2), -lost, 96, (m1 + m2) * scale**2)
+    close((u2 - u1) @ n, e * ((v1 - v2) @ n), 48, scale)
+    for u, v in ((u1, v1), (u2, v2)):
+        close(np.cross(u, n), np.cross(v, n), 24, scale)
+    close(resolve(m2, m1, v2, v1, -n)[::-1], [u1, u2], 8, scale)
+    mirror = np.eye(3) - 2 * np.outer(axis, axis)  # a turn by half about any axis, and a reflection
+    close(resolve(m1, m2, mirror @ v1, mirror @ v2, mirror @ n), [mirror @ u1, mirror @ u2], 96, scale)
+
+
 @given(masses, masses, speeds, angles, speeds, angles, angles, restitutions)
 def test_polar_equals_plane(m1, m2, v1, theta1, v2, theta2, phi, e):
     u = np.array(collide.resolve_polar(m1, m2, v1, theta1, v2, theta2, phi, restitution=e))

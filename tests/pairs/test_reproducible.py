@@ -7,13 +7,15 @@ import pytest
 import collide
 from tests.helpers import pairs
 
-FORMS = ["resolve_1d", "resolve_2d", "resolve_polar"]
+FORMS = ["resolve_1d", "resolve_2d", "resolve_3d", "resolve_polar"]
 
 
 def columns(name, n, seed=0):
     """Pairs of every size, among them walls, test particles and extreme normals; all of them valid."""
     if name == "resolve_polar":
         return pairs.polar(n, seed)
+    if name == "resolve_3d":
+        return pairs.space(n, seed)
     c = pairs.plane(n, seed)
     return (*c[:4], c[-1]) if name == "resolve_1d" else c
 
@@ -89,6 +91,14 @@ def one_by_one_2d(m1, m2, v1x, v1y, v2x, v2y, nx, ny, e, u1x, u1y, u2x, u2y):
 
 
 @numba.njit
+def one_by_one_3d(m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, nz, e, u1x, u1y, u1z, u2x, u2y, u2z):
+    for k in range(m1.size):
+        u1x[k], u1y[k], u1z[k], u2x[k], u2y[k], u2z[k] = collide.scalar.resolve_3d(
+            m1[k], m2[k], v1x[k], v1y[k], v1z[k], v2x[k], v2y[k], v2z[k], nx[k], ny[k], nz[k], e[k]
+        )
+
+
+@numba.njit
 def one_by_one_polar(m1, m2, v1, theta1, v2, theta2, phi, e, u1x, u1y, u2x, u2y):
     for k in range(m1.size):
         u1x[k], u1y[k], u2x[k], u2y[k] = collide.scalar.resolve_polar(
@@ -97,8 +107,7 @@ def one_by_one_polar(m1, m2, v1, theta1, v2, theta2, phi, e, u1x, u1y, u2x, u2y)
 
 
 @pytest.mark.parametrize(
-    ("name", "loop"),
-    [("resolve_1d", one_by_one_1d), ("resolve_2d", one_by_one_2d), ("resolve_polar", one_by_one_polar)],
+    ("name", "loop"), [*zip(FORMS, (one_by_one_1d, one_by_one_2d, one_by_one_3d, one_by_one_polar), strict=True)]
 )
 def test_scalar_call_in_compiled_code(name, loop):
     c = columns(name, 5000)
@@ -108,7 +117,7 @@ def test_scalar_call_in_compiled_code(name, loop):
     assert_same_bits(got, want)
 
 
-@pytest.mark.parametrize("name", ["resolve_1d", "resolve_2d"])
+@pytest.mark.parametrize("name", ["resolve_1d", "resolve_2d", "resolve_3d"])
 def test_the_formula_on_numpy_arrays(name):
     """The oracle bit for bit: the same source, run by NumPy. In blocks, so that no neighbour hides another."""
     c = columns(name, 20_000)
@@ -122,7 +131,7 @@ def test_the_formula_on_numpy_arrays(name):
 @pytest.mark.parametrize("name", FORMS)
 def test_float32_is_the_float64_result_rounded_once(name):
     rng = np.random.default_rng(5)
-    n_inputs = {"resolve_1d": 4, "resolve_2d": 8, "resolve_polar": 7}[name]
+    n_inputs = {"resolve_1d": 4, "resolve_2d": 8, "resolve_3d": 11, "resolve_polar": 7}[name]
     c = [rng.uniform(0.1, 9, 1003).astype(np.float32) for _ in range(n_inputs)]
     for e in (1.0, 0.9):
         got = getattr(collide, name)(*c, restitution=e)
@@ -130,3 +139,17 @@ def test_float32_is_the_float64_result_rounded_once(name):
         for a, b in zip(got, want, strict=True):
             assert a.dtype == np.float32
             np.testing.assert_array_equal(a, b.astype(np.float32))
+
+
+@pytest.mark.fast
+def test_a_pair_in_the_plane_has_the_bits_of_the_plane_in_space():
+    """But for the sign of a zero, which an added zero may turn. Its third components are zeros."""
+    m1, m2, *v, nx, ny, e = pairs.plane(20_000, 6)
+    nothing = np.random.default_rng(0).choice([0.0, -0.0], (3, 20_000))
+    given = m1, m2, *v[:2], nothing[0], *v[2:], nothing[1], nx, ny, nothing[2]
+    want, got = collide.resolve_2d(m1, m2, *v, nx, ny, restitution=e), collide.resolve_3d(*given, restitution=e)
+    assert_same_bits([u + 0.0 for u in (got.u1x, got.u1y, got.u2x, got.u2y)], [u + 0.0 for u in want])
+    assert not got.u1z.any() and not got.u2z.any()
+    want = collide.impulse_2d(m1, m2, *v, nx, ny, restitution=e, invalid="nan")
+    got = collide.impulse_3d(*given, restitution=e, invalid="nan")
+    assert_same_bits([got + 0.0], [want + 0.0])
