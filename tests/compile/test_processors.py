@@ -25,9 +25,12 @@ N = 100_000
 GOLDEN = {
     "resolve_1d": ("df80bc32d9b0d790", "a315bcd5ed4ff517"),
     "resolve_2d": ("d73d6f2ef625ae69", "2292e17a2569013e"),
+    "resolve_3d": ("ca059306742bfd6b", "eccd6788437fdcaa"),
     "resolve_polar": ("3b401eb4c8889cb9", "a4b0ae30b43f0194"),
     "impulse_2d": ("d73d6f2ef625ae69", "5728a00168ec71a3"),
+    "impulse_3d": ("ca059306742bfd6b", "8f9087c6eee720b1"),
     "time_of_impact": ("c4b3ca919c15f413", "c26838aeceead43d"),
+    "time_of_impact_3d": ("34e119a5013cebff", "cbbe54ecee05ef42"),
     "find_contacts": ("2e73d3f86e5c4e39", "9fd92fed33ba52e7"),
     "resolve_contacts": ("d8c804be80ccc6ad", "058e41316b7a8645"),
 }
@@ -35,15 +38,16 @@ GOLDEN = {
 
 def case(name):
     """The inputs, 100,000 pairs of every size, some of them invalid, or 100,000 balls; and the results."""
-    if name in ("resolve_polar", "resolve_1d", "resolve_2d", "impulse_2d"):
-        c = pairs.polar(N, 5) if name == "resolve_polar" else pairs.plane(N, 5)
+    if name.startswith("impulse") or name in ("resolve_1d", "resolve_2d", "resolve_3d", "resolve_polar"):
+        draw = pairs.polar if name == "resolve_polar" else pairs.space if name.endswith("3d") else pairs.plane
+        c = draw(N, 5)
         c = (*c[:4], c[-1]) if name == "resolve_1d" else c
         u = getattr(collide, name)(*c[:-1], restitution=c[-1], invalid="nan")
         return c, u if isinstance(u, tuple) else [u]
     rng = np.random.default_rng(5)
-    if name == "time_of_impact":
-        c = *pairs.uniform(rng, -9, 9, (4, N)), pairs.uniform(rng, 0, 5, N)
-        return c, [collide.time_of_impact(*c)]
+    if name.startswith("time_of_impact"):
+        c = *pairs.uniform(rng, -9, 9, (6 if name.endswith("3d") else 4, N)), pairs.uniform(rng, 0, 5, N)
+        return c, [getattr(collide, name)(*c)]
     x, y = pairs.uniform(rng, 0, 700, (2, N))
     radius = 0.02 * rng.integers(1, 60, N)
     i, j = collide.find_contacts(x, y, radius, box=(700, 700), margin=0.25)
