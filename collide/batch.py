@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from numpy.typing import ArrayLike
 
 from ._pairs import execution, vectors
 from ._pairs.forms import FORM_1D, FORM_2D, FORM_3D, FORM_POLAR, IMPACT, IMPACT_3D, IMPULSE_2D, IMPULSE_3D
 from ._typing import Array
-
-Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Velocities1D(NamedTuple):
@@ -51,56 +47,7 @@ class Velocities3D(NamedTuple):
 
 _new = tuple.__new__  # a named tuple's own takes twice as long, a fortieth of a small call
 
-_SHARED = """
-    All arguments are numbers or arrays of bool, integer, float16, float32 or float64, and broadcast together by NumPy's
-    rules; a scalar stays one. Units: any consistent set; angles in radians.
 
-    m1, m2: masses, >= 0. inf is an immovable ball (a wall), 0 a test particle; not both of a pair inf, nor both 0.{own}
-    restitution: e, finite and >= 0. 1 is elastic; 0 takes away all relative velocity along the line of centres.
-    approaching_only: bool. True {leaves} pairs that do not approach{approach}, two immovable balls among
-        them.
-    invalid: what happens to a pair that breaks a rule above, or whose result is too large for its dtype:
-        "raise"  InvalidPairError; all other pairs are resolved, and this one gets what "keep" gives
-        "keep"   it {kept}
-        "nan"    it gets NaN
-    out: None, or {out} of the result's shape and dtype to write to. The inputs themselves will do,
-        which is the in-place form; any other overlap gives what copies of the inputs would have given.
-
-    Returns {returns}: float32 where np.result_type of the inputs is float32 or float16 (Python scalars are weak), else
-    float64; scalars if all inputs are scalars. The arithmetic is float64 throughout, so a float32 result is the float64
-    result rounded once.
-
-    Raises InvalidPairError (a ValueError) as said; ValueError for shapes that do not match, a read-only or doubled out,
-    an unknown `invalid`; TypeError for other dtypes, masked arrays, an out of another dtype.
-"""
-
-
-_IN_PLANE = {
-    "own": """
-v1x, v1y, v2x, v2y: velocity components.
-nx, ny: a vector n along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1, y2-y1 will do.""",
-    "approach": " ((v1-v2).n <= 0)",
-}
-
-
-def _shared(**words: str) -> Callable[[Function], Function]:
-    def documented(function: Function) -> Function:
-        if function.__doc__:  # not so under python -OO
-            opening, _, example = inspect.cleandoc(function.__doc__).partition("---\n")
-            function.__doc__ = f"{opening}\n{inspect.cleandoc(_SHARED).format(**words)}\n\n{example}"
-        return function
-
-    return documented
-
-
-@_shared(
-    own="\nv1, v2: velocities, ball 1 on the left.",
-    approach=" (v1 <= v2)",
-    leaves="leaves as they are the",
-    kept="keeps its velocities",
-    out="a tuple of 2 arrays",
-    returns="the named tuple (u1, u2)",
-)
 def resolve_1d(
     m1: ArrayLike,
     m2: ArrayLike,
@@ -112,13 +59,61 @@ def resolve_1d(
     invalid: str = "raise",
     out: tuple[Array, Array] | None = None,
 ) -> Velocities1D:
-    """Velocities after collisions on a line.
+    """Compute the velocities after collisions on a line.
 
         u1 = v1 - (1+e) m2/(m1+m2) (v1-v2)        u2 = v2 + (1+e) m1/(m1+m2) (v1-v2)
 
-    From conservation of momentum and the definition of e; at e = 1 the textbook's
-    u1 = (2 m2 v2 + (m1-m2) v1)/(m1+m2) and u2 = (2 m1 v1 + (m2-m1) v2)/(m1+m2).
-    ---
+    From conservation of momentum and the definition of e; at e = 1 the textbook's u1 = (2 m2 v2 + (m1-m2) v1)/(m1+m2)
+    and u2 = (2 m1 v1 + (m2-m1) v2)/(m1+m2).
+
+    Parameters
+    ----------
+    m1, m2 : array_like
+        Masses, >= 0. inf is an immovable ball (a wall), 0 a test particle; not both of a pair inf, nor both 0.
+    v1, v2 : array_like
+        Velocities before, ball 1 on the left, in any consistent set of units.
+    restitution : array_like, optional
+        Coefficient of restitution e, finite and >= 0: 1 is elastic, 0 takes away all relative velocity along the line
+        of centres. Above 1 the collision adds energy.
+    approaching_only : bool, optional
+        True leaves as they are the pairs that do not approach (v1 <= v2), two immovable balls among them.
+    invalid : {"raise", "keep", "nan"}, optional
+        What happens to a pair that breaks a rule above, or whose result is too large for its dtype. "raise": all other
+        pairs are resolved, this one keeps its velocities, and InvalidPairError is raised; without `out` the results are
+        lost then. "keep": the same without an error. "nan": it gets NaN.
+    out : tuple of 2 arrays of the result's shape and dtype, optional
+        Where the results go. The inputs themselves will do, which is the in-place form; any other overlap gives what
+        copies of the inputs would have given.
+
+    Returns
+    -------
+    Velocities1D
+        The named tuple (u1, u2), in the unit of the velocities before: arrays of float32 where np.result_type of the
+        inputs is float32 or float16 (Python scalars are weak), else of float64; scalars if all inputs are scalars.
+
+    Raises
+    ------
+    InvalidPairError
+        As said under `invalid`. It is a ValueError.
+    ValueError
+        For shapes that do not match, a read-only or doubled out, an unknown `invalid`.
+    TypeError
+        For other dtypes, masked arrays, an out of another dtype.
+
+    See Also
+    --------
+    resolve_2d, resolve_3d : In the plane and in space.
+    scalar.resolve_1d : The formula of one pair, for compiled code.
+
+    Notes
+    -----
+    All arguments are numbers or arrays of bool, integers, float16, float32 or float64, and broadcast together by
+    NumPy's rules; a scalar stays one. The arithmetic is float64 throughout, so that a float32 result is the float64
+    result rounded once. A velocity is off by at most 8 * 2**-52 of the pair's largest component before or after, and
+    (1+e)/2 times that where e > 1.
+
+    Examples
+    --------
     >>> collide.resolve_1d(0.5, 3.5, [4.0, 8.0], 0.0)
     Velocities1D(u1=array([-3., -6.]), u2=array([1., 2.]))
     """
@@ -126,13 +121,6 @@ def resolve_1d(
     return _new(Velocities1D, execution.call(FORM_1D, inputs, approaching_only, invalid, out))
 
 
-@_shared(
-    **_IN_PLANE,
-    leaves="leaves as they are the",
-    kept="keeps its velocities",
-    out="a tuple of 4 arrays",
-    returns="the named tuple (u1x, u1y, u2x, u2y)",
-)
 def resolve_2d(
     m1: ArrayLike,
     m2: ArrayLike,
@@ -148,12 +136,65 @@ def resolve_2d(
     invalid: str = "raise",
     out: tuple[Array, Array, Array, Array] | None = None,
 ) -> Velocities2D:
-    """Velocities after collisions in the plane, between smooth balls that do not spin.
+    """Compute the velocities after collisions in the plane, between smooth balls that do not spin.
 
         u1 = v1 - (1+e) m2/(m1+m2) ((v1-v2).n / n.n) n        u2 = v2 + (1+e) m1/(m1+m2) ((v1-v2).n / n.n) n
 
     The collision on a line, along the line of centres; across it nothing changes.
-    ---
+
+    Parameters
+    ----------
+    m1, m2 : array_like
+        Masses, >= 0. inf is an immovable ball (a wall), 0 a test particle; not both of a pair inf, nor both 0.
+    v1x, v1y, v2x, v2y : array_like
+        Velocity components before, in any consistent set of units.
+    nx, ny : array_like
+        A vector n along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1, y2-y1 will do.
+    restitution : array_like, optional
+        Coefficient of restitution e, finite and >= 0: 1 is elastic, 0 takes away all relative velocity along the line
+        of centres. Above 1 the collision adds energy.
+    approaching_only : bool, optional
+        True leaves as they are the pairs that do not approach ((v1-v2).n <= 0), two immovable balls among them.
+    invalid : {"raise", "keep", "nan"}, optional
+        What happens to a pair that breaks a rule above, or whose result is too large for its dtype. "raise": all other
+        pairs are resolved, this one keeps its velocities, and InvalidPairError is raised; without `out` the results are
+        lost then. "keep": the same without an error. "nan": it gets NaN.
+    out : tuple of 4 arrays of the result's shape and dtype, optional
+        Where the results go. The inputs themselves will do, which is the in-place form; any other overlap gives what
+        copies of the inputs would have given.
+
+    Returns
+    -------
+    Velocities2D
+        The named tuple (u1x, u1y, u2x, u2y), in the unit of the velocities before: arrays of float32 where
+        np.result_type of the inputs is float32 or float16 (Python scalars are weak), else of float64; scalars if all
+        inputs are scalars.
+
+    Raises
+    ------
+    InvalidPairError
+        As said under `invalid`. It is a ValueError.
+    ValueError
+        For shapes that do not match, a read-only or doubled out, an unknown `invalid`.
+    TypeError
+        For other dtypes, masked arrays, an out of another dtype.
+
+    See Also
+    --------
+    resolve : The same for vectors along the last axis of arrays.
+    resolve_polar : The same from speeds and directions.
+    impulse_2d : What such a collision transfers.
+    scalar.resolve_2d : The formula of one pair, for compiled code.
+
+    Notes
+    -----
+    All arguments are numbers or arrays of bool, integers, float16, float32 or float64, and broadcast together by
+    NumPy's rules; a scalar stays one. The arithmetic is float64 throughout, so that a float32 result is the float64
+    result rounded once. A velocity is off by at most 8 * 2**-52 of the pair's largest component before or after, and
+    (1+e)/2 times that where e > 1.
+
+    Examples
+    --------
     A ball meets its equal, at rest, 45 degrees off centre:
 
     >>> collide.resolve_2d(1.0, 1.0, [2.0], 0.0, 0.0, 0.0, 1.0, 1.0)
@@ -181,29 +222,30 @@ def resolve_3d(
     invalid: str = "raise",
     out: tuple[Array, Array, Array, Array, Array, Array] | None = None,
 ) -> Velocities3D:
-    """Velocities after collisions in space, between smooth balls that do not spin.
+    """Compute the velocities after collisions in space, between smooth balls that do not spin.
 
         u1 = v1 - (1+e) m2/(m1+m2) ((v1-v2).n / n.n) n        u2 = v2 + (1+e) m1/(m1+m2) ((v1-v2).n / n.n) n
 
     The collision on a line, along the line of centres; across it nothing changes. Where v1z, v2z and nz are 0 the other
-    components have the bits of `resolve_2d`.
+    components have the bits of `resolve_2d`, but for the signs of zeros.
 
     Parameters
     ----------
     m1, m2 : array_like
         Masses, >= 0. inf is an immovable ball (a wall), 0 a test particle; not both of a pair inf, nor both 0.
     v1x, v1y, v1z, v2x, v2y, v2z : array_like
-        Velocity components before. Any consistent set of units.
+        Velocity components before, in any consistent set of units.
     nx, ny, nz : array_like
         A vector n along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1, y2-y1, z2-z1 will do.
     restitution : array_like, optional
-        e, finite and >= 0. 1 is elastic; 0 takes away all relative velocity along the line of centres.
+        Coefficient of restitution e, finite and >= 0: 1 is elastic, 0 takes away all relative velocity along the line
+        of centres. Above 1 the collision adds energy.
     approaching_only : bool, optional
         True leaves as they are the pairs that do not approach ((v1-v2).n <= 0), two immovable balls among them.
     invalid : {"raise", "keep", "nan"}, optional
-        What happens to a pair that breaks a rule above, or whose result is too large for its dtype: "raise"
-        raises InvalidPairError when all other pairs are resolved, and this one has what "keep" gives it; under "keep"
-        it keeps its velocities; under "nan" it gets NaN.
+        What happens to a pair that breaks a rule above, or whose result is too large for its dtype. "raise": all other
+        pairs are resolved, this one keeps its velocities, and InvalidPairError is raised; without `out` the results are
+        lost then. "keep": the same without an error. "nan": it gets NaN.
     out : tuple of 6 arrays of the result's shape and dtype, optional
         Where the results go. The inputs themselves will do, which is the in-place form; any other overlap gives what
         copies of the inputs would have given.
@@ -211,19 +253,31 @@ def resolve_3d(
     Returns
     -------
     Velocities3D
-        The named tuple (u1x, u1y, u1z, u2x, u2y, u2z): float32 where np.result_type of the inputs is float32 or float16
-        (Python scalars are weak), else float64; scalars if all inputs are scalars. The arithmetic is float64
-        throughout. All arguments broadcast together by NumPy's rules; bool, integers, float16, float32 and float64 are
-        taken.
+        The named tuple (u1x, u1y, u1z, u2x, u2y, u2z), in the unit of the velocities before: arrays of float32 where
+        np.result_type of the inputs is float32 or float16 (Python scalars are weak), else of float64; scalars if all
+        inputs are scalars.
 
     Raises
     ------
     InvalidPairError
-        As said. It is a ValueError.
+        As said under `invalid`. It is a ValueError.
     ValueError
         For shapes that do not match, a read-only or doubled out, an unknown `invalid`.
     TypeError
         For other dtypes, masked arrays, an out of another dtype.
+
+    See Also
+    --------
+    resolve : The same for vectors along the last axis of arrays.
+    impulse_3d : What such a collision transfers.
+    scalar.resolve_3d : The formula of one pair, for compiled code.
+
+    Notes
+    -----
+    All arguments are numbers or arrays of bool, integers, float16, float32 or float64, and broadcast together by
+    NumPy's rules; a scalar stays one. The arithmetic is float64 throughout, so that a float32 result is the float64
+    result rounded once. A velocity is off by at most 8 * 2**-52 of the pair's largest component before or after, and
+    (1+e)/2 times that where e > 1.
 
     Examples
     --------
@@ -249,28 +303,29 @@ def resolve(
     invalid: str = "raise",
     out: tuple[Array, Array] | None = None,
 ) -> Velocities:
-    """Velocities after collisions, of vectors that lie along the last axis of arrays: the rows of (N, 2) or (N, 3).
+    """Compute the velocities after collisions of vectors along the last axis: the rows of (N, 2) or (N, 3) arrays.
 
         u1 = v1 - (1+e) m2/(m1+m2) ((v1-v2).n / n.n) n        u2 = v2 + (1+e) m1/(m1+m2) ((v1-v2).n / n.n) n
 
-    The bits of `resolve_2d` and `resolve_3d`, which say where the formula is from, at the speed of columns.
+    The bits of `resolve_2d` and `resolve_3d`, at the speed of columns.
 
     Parameters
     ----------
     m1, m2 : array_like, shape (...)
         Masses, >= 0. inf is an immovable ball (a wall), 0 a test particle; not both of a pair inf, nor both 0.
     v1, v2 : array_like, shape (..., d), d = 2 or 3
-        Velocities before. Any consistent set of units.
+        Velocities before, in any consistent set of units.
     n : array_like, shape (..., d)
         Vectors along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1 will do.
     restitution : array_like, shape (...), optional
-        e, finite and >= 0. 1 is elastic; 0 takes away all relative velocity along the line of centres.
+        Coefficient of restitution e, finite and >= 0: 1 is elastic, 0 takes away all relative velocity along the line
+        of centres. Above 1 the collision adds energy.
     approaching_only : bool, optional
         True leaves as they are the pairs that do not approach ((v1-v2).n <= 0), two immovable balls among them.
     invalid : {"raise", "keep", "nan"}, optional
-        What happens to a pair that breaks a rule above, or whose result is too large for its dtype: "raise"
-        raises InvalidPairError when all other pairs are resolved, and this one has what "keep" gives it; under "keep"
-        it keeps its velocities; under "nan" it gets NaN.
+        What happens to a pair that breaks a rule above, or whose result is too large for its dtype. "raise": all other
+        pairs are resolved, this one keeps its velocities, and InvalidPairError is raised; without `out` the results are
+        lost then. "keep": the same without an error. "nan": it gets NaN.
     out : tuple of 2 arrays of the result's shape and dtype, optional
         Where the results go. v1 and v2 themselves will do, which is the in-place form; any other overlap gives what
         copies of the inputs would have given.
@@ -278,19 +333,28 @@ def resolve(
     Returns
     -------
     Velocities
-        The named tuple (u1, u2), C-contiguous arrays of shape (..., d) unless `out` is given: float32 where
-        np.result_type of the inputs is float32 or float16 (Python scalars are weak), else float64. The arithmetic is
-        float64 throughout. Axes before the last broadcast together by NumPy's rules; bool, integers, float16, float32
-        and float64 are taken.
+        The named tuple (u1, u2), C-contiguous arrays of shape (..., d) unless `out` is given: of float32 where
+        np.result_type of the inputs is float32 or float16 (Python scalars are weak), else of float64.
 
     Raises
     ------
     InvalidPairError
-        As said; its `index` is that of the pair, without the last axis. It is a ValueError.
+        As said under `invalid`; its `index` is that of the pair, without the last axis. It is a ValueError.
     ValueError
         For vectors of another length, shapes that do not match, a read-only or doubled out, an unknown `invalid`.
     TypeError
         For other dtypes, masked arrays, an out of another dtype.
+
+    See Also
+    --------
+    resolve_2d, resolve_3d : The same for columns.
+
+    Notes
+    -----
+    All arguments are numbers or arrays of bool, integers, float16, float32 or float64, and their axes before the last
+    broadcast together by NumPy's rules; a scalar stays one. The arithmetic is float64 throughout, so that a float32
+    result is the float64 result rounded once. A velocity is off by at most 8 * 2**-52 of the pair's largest component
+    before or after, and (1+e)/2 times that where e > 1.
 
     Examples
     --------
@@ -303,16 +367,6 @@ def resolve(
     return _new(Velocities, vectors.call(inputs, approaching_only, invalid, out))
 
 
-@_shared(
-    own="""
-v1, v2: speeds; theta1, theta2: their directions.
-phi: direction of the line of centres, from ball 1 to ball 2.""",
-    approach=" (v1 cos(theta1-phi) <= v2 cos(theta2-phi))",
-    leaves="leaves as they are the",
-    kept="keeps its velocities, v cos(theta) and v sin(theta)",
-    out="a tuple of 4 arrays",
-    returns="the named tuple (u1x, u1y, u2x, u2y)",
-)
 def resolve_polar(
     m1: ArrayLike,
     m2: ArrayLike,
@@ -327,7 +381,7 @@ def resolve_polar(
     invalid: str = "raise",
     out: tuple[Array, Array, Array, Array] | None = None,
 ) -> Velocities2D:
-    """Velocity components after collisions in the plane, from speeds and directions.
+    """Compute velocity components after collisions in the plane, from speeds and directions.
 
         u1x = [(m1 - e m2) v1 cos(theta1-phi) + (1+e) m2 v2 cos(theta2-phi)]/(m1+m2) * cos(phi)
               + v1 sin(theta1-phi) cos(phi + pi/2)
@@ -335,7 +389,59 @@ def resolve_polar(
     u1y with sin in place of the last cosines, u2 with 1 and 2 exchanged. Computed as `resolve_2d` of
     v1 (cos(theta1), sin(theta1)), v2 (cos(theta2), sin(theta2)) and n = (cos(phi), sin(phi)), which is the same and
     keeps its accuracy for angles of any size.
-    ---
+
+    Parameters
+    ----------
+    m1, m2 : array_like
+        Masses, >= 0. inf is an immovable ball (a wall), 0 a test particle; not both of a pair inf, nor both 0.
+    v1, theta1, v2, theta2 : array_like
+        Speeds before, in any consistent set of units, and their directions, in radians.
+    phi : array_like
+        Direction of the line of centres, from ball 1 to ball 2, in radians.
+    restitution : array_like, optional
+        Coefficient of restitution e, finite and >= 0: 1 is elastic, 0 takes away all relative velocity along the line
+        of centres. Above 1 the collision adds energy.
+    approaching_only : bool, optional
+        True leaves as they are the pairs that do not approach (v1 cos(theta1-phi) <= v2 cos(theta2-phi)), two immovable
+        balls among them.
+    invalid : {"raise", "keep", "nan"}, optional
+        What happens to a pair that breaks a rule above, or whose result is too large for its dtype. "raise": all other
+        pairs are resolved, this one keeps its velocities v cos(theta), v sin(theta), and InvalidPairError is raised;
+        without `out` the results are lost then. "keep": the same without an error. "nan": it gets NaN.
+    out : tuple of 4 arrays of the result's shape and dtype, optional
+        Where the results go. The inputs themselves will do, which is the in-place form; any other overlap gives what
+        copies of the inputs would have given.
+
+    Returns
+    -------
+    Velocities2D
+        The named tuple (u1x, u1y, u2x, u2y), in the unit of the velocities before: arrays of float32 where
+        np.result_type of the inputs is float32 or float16 (Python scalars are weak), else of float64; scalars if all
+        inputs are scalars.
+
+    Raises
+    ------
+    InvalidPairError
+        As said under `invalid`. It is a ValueError.
+    ValueError
+        For shapes that do not match, a read-only or doubled out, an unknown `invalid`.
+    TypeError
+        For other dtypes, masked arrays, an out of another dtype.
+
+    See Also
+    --------
+    resolve_2d : The same from components.
+    scalar.resolve_polar : The formula of one pair, for compiled code.
+
+    Notes
+    -----
+    All arguments are numbers or arrays of bool, integers, float16, float32 or float64, and broadcast together by
+    NumPy's rules; a scalar stays one. The arithmetic is float64 throughout, so that a float32 result is the float64
+    result rounded once. A velocity is off by at most 10 * 2**-52 of the pair's largest component before or after, and
+    (1+e)/2 times that where e > 1.
+
+    Examples
+    --------
     >>> collide.resolve_polar(1.0, 1.0, [2.0], 0.0, 0.0, 0.0, np.pi / 4)[0].round(15)
     array([1.])
     """
@@ -343,13 +449,6 @@ def resolve_polar(
     return _new(Velocities2D, execution.call(FORM_POLAR, inputs, approaching_only, invalid, out))
 
 
-@_shared(
-    **_IN_PLANE,
-    leaves="gives 0 for",
-    kept="gets 0",
-    out="an array",
-    returns="an array of impulses, mass times velocity",
-)
 def impulse_2d(
     m1: ArrayLike,
     m2: ArrayLike,
@@ -365,12 +464,61 @@ def impulse_2d(
     invalid: str = "raise",
     out: Array | None = None,
 ) -> Any:
-    """The impulse on ball 2 along n/|n| in collisions in the plane: positive for a pair that approaches.
+    """Compute the impulse on ball 2 along n/|n| in collisions in the plane.
 
         p = (1+e) m1 m2/(m1+m2) (v1-v2).n / |n|
 
-    What `resolve_2d` transfers: m2 (u2-v2) = p n/|n| = -m1 (u1-v1). For pressure and other tallies.
-    ---
+    What `resolve_2d` transfers: m2 (u2-v2) = p n/|n| = -m1 (u1-v1). It is positive for a pair that approaches. For
+    pressure and other tallies.
+
+    Parameters
+    ----------
+    m1, m2 : array_like
+        Masses, >= 0. inf is an immovable ball (a wall), 0 a test particle; not both of a pair inf, nor both 0.
+    v1x, v1y, v2x, v2y : array_like
+        Velocity components before, in any consistent set of units.
+    nx, ny : array_like
+        A vector n along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1, y2-y1 will do.
+    restitution : array_like, optional
+        Coefficient of restitution e, finite and >= 0: 1 is elastic, 0 takes away all relative velocity along the line
+        of centres. Above 1 the collision adds energy.
+    approaching_only : bool, optional
+        True gives 0 for pairs that do not approach ((v1-v2).n <= 0), two immovable balls among them.
+    invalid : {"raise", "keep", "nan"}, optional
+        What happens to a pair that breaks a rule above, or whose result is too large for its dtype. "raise": all other
+        pairs get their impulses, this one gets 0, and InvalidPairError is raised; without `out` the results are lost
+        then. "keep": the same without an error. "nan": it gets NaN.
+    out : array of the result's shape and dtype, optional
+        Where the result goes. An input will do; any other overlap gives what copies of the inputs would have given.
+
+    Returns
+    -------
+    array or scalar
+        Impulses, mass times velocity: float32 where np.result_type of the inputs is float32 or float16 (Python scalars
+        are weak), else float64; a scalar if all inputs are scalars.
+
+    Raises
+    ------
+    InvalidPairError
+        As said under `invalid`. It is a ValueError.
+    ValueError
+        For shapes that do not match, a read-only out, an unknown `invalid`.
+    TypeError
+        For other dtypes, masked arrays, an out of another dtype.
+
+    See Also
+    --------
+    resolve_2d : The velocities after the same collisions.
+
+    Notes
+    -----
+    All arguments are numbers or arrays of bool, integers, float16, float32 or float64, and broadcast together by
+    NumPy's rules; a scalar stays one. The arithmetic is float64 throughout, so that a float32 result is the float64
+    result rounded once. An impulse is off by at most 16 * 2**-52 of the lighter mass times the largest velocity
+    component before or after.
+
+    Examples
+    --------
     >>> collide.impulse_2d(1.0, np.inf, [2.0, 3.0], 0.0, 0.0, 0.0, 1.0, 0.0)
     array([4., 6.])
     """
@@ -396,28 +544,30 @@ def impulse_3d(
     invalid: str = "raise",
     out: Array | None = None,
 ) -> Any:
-    """The impulse on ball 2 along n/|n| in collisions in space: positive for a pair that approaches.
+    """Compute the impulse on ball 2 along n/|n| in collisions in space.
 
         p = (1+e) m1 m2/(m1+m2) (v1-v2).n / |n|
 
-    What `resolve_3d` transfers: m2 (u2-v2) = p n/|n| = -m1 (u1-v1). For pressure and other tallies.
+    What `resolve_3d` transfers: m2 (u2-v2) = p n/|n| = -m1 (u1-v1). It is positive for a pair that approaches. For
+    pressure and other tallies.
 
     Parameters
     ----------
     m1, m2 : array_like
         Masses, >= 0. inf is an immovable ball (a wall), 0 a test particle; not both of a pair inf, nor both 0.
     v1x, v1y, v1z, v2x, v2y, v2z : array_like
-        Velocity components before. Any consistent set of units.
+        Velocity components before, in any consistent set of units.
     nx, ny, nz : array_like
         A vector n along the line of centres, from ball 1 to ball 2, of any length but 0; x2-x1, y2-y1, z2-z1 will do.
     restitution : array_like, optional
-        e, finite and >= 0. 1 is elastic; 0 takes away all relative velocity along the line of centres.
+        Coefficient of restitution e, finite and >= 0: 1 is elastic, 0 takes away all relative velocity along the line
+        of centres. Above 1 the collision adds energy.
     approaching_only : bool, optional
         True gives 0 for pairs that do not approach ((v1-v2).n <= 0), two immovable balls among them.
     invalid : {"raise", "keep", "nan"}, optional
-        What happens to a pair that breaks a rule above, or whose result is too large for its dtype: "raise"
-        raises InvalidPairError when all other pairs have their impulse, and this one has what "keep" gives it; under
-        "keep" it gets 0; under "nan" it gets NaN.
+        What happens to a pair that breaks a rule above, or whose result is too large for its dtype. "raise": all other
+        pairs get their impulses, this one gets 0, and InvalidPairError is raised; without `out` the results are lost
+        then. "keep": the same without an error. "nan": it gets NaN.
     out : array of the result's shape and dtype, optional
         Where the result goes. An input will do; any other overlap gives what copies of the inputs would have given.
 
@@ -425,17 +575,27 @@ def impulse_3d(
     -------
     array or scalar
         Impulses, mass times velocity: float32 where np.result_type of the inputs is float32 or float16 (Python scalars
-        are weak), else float64; a scalar if all inputs are scalars. The arithmetic is float64 throughout. All arguments
-        broadcast together by NumPy's rules; bool, integers, float16, float32 and float64 are taken.
+        are weak), else float64; a scalar if all inputs are scalars.
 
     Raises
     ------
     InvalidPairError
-        As said. It is a ValueError.
+        As said under `invalid`. It is a ValueError.
     ValueError
         For shapes that do not match, a read-only out, an unknown `invalid`.
     TypeError
         For other dtypes, masked arrays, an out of another dtype.
+
+    See Also
+    --------
+    resolve_3d : The velocities after the same collisions.
+
+    Notes
+    -----
+    All arguments are numbers or arrays of bool, integers, float16, float32 or float64, and broadcast together by
+    NumPy's rules; a scalar stays one. The arithmetic is float64 throughout, so that a float32 result is the float64
+    result rounded once. An impulse is off by at most 20 * 2**-52 of the lighter mass times the largest velocity
+    component before or after.
 
     Examples
     --------
@@ -456,33 +616,56 @@ def time_of_impact(
     invalid: str = "raise",
     out: Array | None = None,
 ) -> Any:
-    """The earliest times t >= 0 at which pairs of balls that move uniformly touch; inf for those that never do.
+    """Compute the earliest times t >= 0 at which balls that move uniformly in the plane touch.
 
         t = (d^2 - R^2) / (sqrt(R^2 w^2 - (d x w)^2) - d.w)
 
-    The root of |d + w t| = R that does not cancel. 0 for a pair that touches or overlaps and approaches; inf wherever
-    d.w >= 0, apart or not; an exact graze counts as touching. The error is at most 8 eps t + eps^2 d^2/|d.w|, with
-    eps = 2^-52: see `collide.scalar.time_of_impact` for that, and for what happens next to a graze.
+    The root of |d + w t| = R that does not cancel; inf for pairs that never touch. 0 for a pair that touches or
+    overlaps and approaches; inf wherever d.w >= 0, apart or not; an exact graze counts as touching.
 
-    All arguments are numbers or arrays of bool, integer, float16, float32 or float64, and broadcast together by NumPy's
-    rules; a scalar stays one. Units: any consistent set.
+    Parameters
+    ----------
+    dx, dy : array_like
+        Components of d = x2-x1, from ball 1 to ball 2, in any consistent set of units.
+    dvx, dvy : array_like
+        Components of w = v2-v1, the velocity of ball 2 seen from ball 1.
+    distance : array_like
+        The distance R = r1+r2 of the centres at which the balls touch, finite and >= 0.
+    invalid : {"raise", "nan"}, optional
+        What happens where an argument is not finite, the distance negative or the time of an impact too large for the
+        dtype of the result (inf means never), besides the NaN in the result. "raise": InvalidPairError is raised when
+        all other pairs have their times. "nan": nothing.
+    out : array of the result's shape and dtype, optional
+        Where the result goes. An input will do; any other overlap gives what copies of the inputs would have given.
 
-    dx, dy: d = x2-x1, from ball 1 to ball 2.
-    dvx, dvy: w = v2-v1, the velocity of ball 2 seen from ball 1.
-    distance: R = r1+r2, the distance of the centres at which the balls touch, >= 0.
-    invalid: what happens where an argument is not finite, the distance negative or the time of an impact too large for
-        the dtype of the result (inf means never), besides the NaN in the result:
-        "raise"  InvalidPairError, after all other pairs have got their times
-        "nan"    nothing
-    out: None, or an array of the result's shape and dtype to write to. An input will do; any other overlap gives what
-        copies of the inputs would have given.
+    Returns
+    -------
+    array or scalar
+        Times: float32 where np.result_type of the inputs is float32 or float16 (Python scalars are weak), else float64;
+        a scalar if all inputs are scalars.
 
-    Returns an array: float32 where np.result_type of the inputs is float32 or float16 (Python scalars are weak), else
-    float64; a scalar if all inputs are scalars. The arithmetic is float64 throughout.
+    Raises
+    ------
+    InvalidPairError
+        As said under `invalid`. It is a ValueError.
+    ValueError
+        For shapes that do not match, a read-only out, an unknown `invalid`.
+    TypeError
+        For other dtypes, masked arrays, an out of another dtype.
 
-    Raises InvalidPairError (a ValueError) as said; ValueError for shapes that do not match, a read-only out, an unknown
-    `invalid`; TypeError for other dtypes, masked arrays, an out of another dtype.
+    See Also
+    --------
+    scalar.time_of_impact : What is exact of t, and what happens next to a graze.
+    time_of_impact_3d : The same in space.
 
+    Notes
+    -----
+    All arguments are numbers or arrays of bool, integers, float16, float32 or float64, and broadcast together by
+    NumPy's rules; a scalar stays one. The arithmetic is float64 throughout, so that a float32 result is the float64
+    result rounded once. A time is off by at most 8 eps t + eps**2 d^2/|d.w|, with eps = 2**-52.
+
+    Examples
+    --------
     >>> collide.time_of_impact([5.0, 5.0], 0.0, [-1.0, 1.0], 0.0, 2.0)
     array([ 3., inf])
     """
@@ -501,26 +684,25 @@ def time_of_impact_3d(
     invalid: str = "raise",
     out: Array | None = None,
 ) -> Any:
-    """The earliest times t >= 0 at which balls that move uniformly in space touch; inf for those that never do.
+    """Compute the earliest times t >= 0 at which balls that move uniformly in space touch.
 
         t = (d^2 - R^2) / (sqrt(R^2 w^2 - |d x w|^2) - d.w)
 
-    The root of |d + w t| = R that does not cancel. 0 for a pair that touches or overlaps and approaches; inf wherever
-    d.w >= 0, apart or not; an exact graze counts as touching. The error is at most 8 eps t + eps^2 d^2/|d.w|, with
-    eps = 2^-52: see `collide.scalar.time_of_impact_3d`. Where dz and dvz are 0 it has the bits of `time_of_impact`.
+    The root of |d + w t| = R that does not cancel; inf for pairs that never touch. 0 for a pair that touches or
+    overlaps and approaches; inf wherever d.w >= 0, apart or not; an exact graze counts as touching.
 
     Parameters
     ----------
     dx, dy, dz : array_like
-        d = x2-x1, from ball 1 to ball 2. Any consistent set of units.
+        Components of d = x2-x1, from ball 1 to ball 2, in any consistent set of units.
     dvx, dvy, dvz : array_like
-        w = v2-v1, the velocity of ball 2 seen from ball 1.
+        Components of w = v2-v1, the velocity of ball 2 seen from ball 1.
     distance : array_like
-        R = r1+r2, the distance of the centres at which the balls touch, >= 0.
+        The distance R = r1+r2 of the centres at which the balls touch, finite and >= 0.
     invalid : {"raise", "nan"}, optional
         What happens where an argument is not finite, the distance negative or the time of an impact too large for the
-        dtype of the result (inf means never), besides the NaN in the result: "raise" raises InvalidPairError when all
-        other pairs have their times; "nan" does nothing.
+        dtype of the result (inf means never), besides the NaN in the result. "raise": InvalidPairError is raised when
+        all other pairs have their times. "nan": nothing.
     out : array of the result's shape and dtype, optional
         Where the result goes. An input will do; any other overlap gives what copies of the inputs would have given.
 
@@ -528,17 +710,27 @@ def time_of_impact_3d(
     -------
     array or scalar
         Times: float32 where np.result_type of the inputs is float32 or float16 (Python scalars are weak), else float64;
-        a scalar if all inputs are scalars. The arithmetic is float64 throughout. All arguments broadcast together by
-        NumPy's rules; bool, integers, float16, float32 and float64 are taken.
+        a scalar if all inputs are scalars.
 
     Raises
     ------
     InvalidPairError
-        As said. It is a ValueError.
+        As said under `invalid`. It is a ValueError.
     ValueError
         For shapes that do not match, a read-only out, an unknown `invalid`.
     TypeError
         For other dtypes, masked arrays, an out of another dtype.
+
+    See Also
+    --------
+    scalar.time_of_impact_3d : What is exact of t, and what happens next to a graze.
+    time_of_impact : The same in the plane, and its bits where dz and dvz are 0.
+
+    Notes
+    -----
+    All arguments are numbers or arrays of bool, integers, float16, float32 or float64, and broadcast together by
+    NumPy's rules; a scalar stays one. The arithmetic is float64 throughout, so that a float32 result is the float64
+    result rounded once. A time is off by at most 8 eps t + eps**2 d^2/|d.w|, with eps = 2**-52.
 
     Examples
     --------

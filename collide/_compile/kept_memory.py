@@ -276,11 +276,29 @@ def fresh(count: int, shape: tuple[int, ...], dtype: np.dtype[Any], inputs: Iter
 
 
 def get_spare_memory() -> int:
-    """How many bytes of results that are no longer in use may be kept for the next ones.
+    """Get how many bytes of results that are no longer in use may be kept for the next ones.
 
-    At first it is the environment variable COLLIDE_SPARE_MEMORY, else a sixteenth of the memory that the process may
-    use. Of large results only, the last 16 at most; nothing when a call finds that memory is short.
+    Returns
+    -------
+    int
+        What `set_spare_memory` was given last. At first it is the environment variable COLLIDE_SPARE_MEMORY, else a
+        sixteenth of the memory that the process may use.
 
+    Raises
+    ------
+    ValueError
+        If the environment variable is no integer, or below 0.
+
+    See Also
+    --------
+    set_spare_memory : Change it.
+
+    Notes
+    -----
+    Of large results only, the last 16 at most; nothing when a call finds that memory is short.
+
+    Examples
+    --------
     >>> collide.get_spare_memory() >= 0
     True
     """
@@ -292,10 +310,26 @@ def get_spare_memory() -> int:
 
 
 def set_spare_memory(n_bytes: int) -> None:
-    """Sets how many bytes of results that are no longer in use may be kept for the next ones; what is beyond is freed.
+    """Set how many bytes of results that are no longer in use may be kept for the next ones; what is beyond is freed.
 
-    n_bytes: int >= 0; 0 keeps nothing. TypeError if it is no integer, ValueError if it is below 0.
+    Parameters
+    ----------
+    n_bytes : int
+        At least 0, which keeps nothing.
 
+    Raises
+    ------
+    TypeError
+        If it is no integer.
+    ValueError
+        If it is below 0.
+
+    See Also
+    --------
+    get_spare_memory : What it is now.
+
+    Examples
+    --------
     >>> kept = collide.get_spare_memory()
     >>> collide.set_spare_memory(0)
     >>> collide.set_spare_memory(kept)

@@ -39,11 +39,25 @@ _invitations: SimpleQueue[_Invitation | None] = SimpleQueue()  # None: see wheth
 
 
 def get_num_threads() -> int:
-    """The number of threads that a large batch runs on, the caller's included.
+    """Get the number of threads that a large batch runs on, the caller's included.
 
-    At first it is the environment variable COLLIDE_NUM_THREADS, else the number of processors that the process may
-    use: its affinity mask and its control group's quota count.
+    Returns
+    -------
+    int
+        What `set_num_threads` was given last. At first it is the environment variable COLLIDE_NUM_THREADS, else the
+        number of processors that the process may use: its affinity mask and its control group's quota count.
 
+    Raises
+    ------
+    ValueError
+        If the environment variable is no integer, or below 1.
+
+    See Also
+    --------
+    set_num_threads : Change it.
+
+    Examples
+    --------
     >>> collide.get_num_threads() >= 1
     True
     """
@@ -54,11 +68,26 @@ def get_num_threads() -> int:
 
 
 def set_num_threads(n: int) -> None:
-    """Sets the number of threads that a large batch runs on, for the whole process.
+    """Set the number of threads that a large batch runs on, for the whole process.
 
-    n: int >= 1, the caller's thread included. TypeError if it is no integer, ValueError if it is below 1. The result
-    of a batch does not depend on it.
+    Parameters
+    ----------
+    n : int
+        At least 1, the caller's thread included. The result of a batch does not depend on it.
 
+    Raises
+    ------
+    TypeError
+        If it is no integer.
+    ValueError
+        If it is below 1.
+
+    See Also
+    --------
+    get_num_threads : What it is now.
+
+    Examples
+    --------
     >>> collide.set_num_threads(2)
     >>> collide.get_num_threads()
     2
