@@ -34,6 +34,8 @@ errors.py says which rule the first invalid pair breaks.
 
 import sys
 
+__version__ = "0.2.0"
+
 if sys.byteorder != "little" or sys.maxsize < 2**63 - 1:
     raise ImportError("collide needs a 64-bit, little-endian platform: its kernels look at the bits of a float64")
 
@@ -62,6 +64,7 @@ with interruptible():
 
 __all__ = [
     "InvalidPairError",
+    "__version__",
     "find_contacts",
     "get_num_threads",
     "get_spare_memory",

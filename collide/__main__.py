@@ -18,10 +18,14 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ._system.messages import reason
+from ._system.messages import reason, system
 from ._system.signals import THE_COMMAND, ending, interruptible
 
 with interruptible():
+    import numba
+    import numpy as np
+
+    from . import __version__
     from ._pairs.forms import COLLISIONS
     from ._tables import by_name, numpy_files, replacement, stream
 
@@ -78,6 +82,7 @@ def _fail(message: object, status: int) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="collide", description="Elastic collisions of two balls, millions at once.")
+    parser.add_argument("--version", action=_Version, nargs=0, help="what runs here, for a report")
     commands = parser.add_subparsers(dest="command", required=True)
     demo = commands.add_parser("demo", help="time ten million random pairs on this machine")
     demo.set_defaults(run=_demonstrate, input="demo", output="demo")
@@ -106,6 +111,16 @@ def _parser() -> argparse.ArgumentParser:
     one.add_argument("--approaching-only", action="store_true", help="leave pairs that do not approach as they are")
     one.add_argument("--quiet", action="store_true", help="no progress bar, no report")
     return parser
+
+
+class _Version(argparse.Action):
+    """Says what runs here, and ends."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *rest: Any) -> None:
+        python = ".".join(map(str, sys.version_info[:3]))
+        found = f"collide {__version__}, Numba {numba.__version__}, NumPy {np.__version__}, Python {python}"
+        print(f"{found}, {system()}")
+        parser.exit()
 
 
 def _names(text: str) -> dict[str, str]:

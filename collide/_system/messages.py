@@ -1,8 +1,9 @@
-"""What the system says of its errors."""
+"""What the system says: of its errors, and of itself."""
 
 from __future__ import annotations
 
 import os
+import platform
 import sys
 
 if sys.platform == "win32":
@@ -20,3 +21,8 @@ else:
     def reason(error: OSError) -> str:
         """What is wrong, and of which file not."""
         return os.strerror(error.errno) if error.errno else str(error)
+
+
+def system() -> str:
+    """Which it is, on what kind of processor."""
+    return f"{platform.system()} on {platform.machine()}"

@@ -1,5 +1,6 @@
 """`collide resolve` as a command: wrong usage in one line, all or nothing when it is stopped, and its exit status."""
 
+import importlib.metadata
 import os
 import re
 import shutil
@@ -8,10 +9,12 @@ import sys
 import zipfile
 from pathlib import Path
 
+import numba
+import numpy as np
 import pytest
 
 import collide
-from collide.__main__ import UsageError
+from collide.__main__ import UsageError, main
 from collide._system import signals
 from collide._tables import by_name, stream
 from collide._tables.conservation import Conservation
@@ -236,3 +239,14 @@ def test_at_its_end_the_command_leaves_its_garbage_to_the_system(command, frozen
     arguments = "resolve", source, "-o", target, "--quiet"
     done = process.run(sys.executable, *command, *arguments, env=process.environment(PYTHONPATH=path))
     assert (done.returncode, done.stdout, done.stderr) == (0, f"{frozen}\n", "")
+
+
+def test_version(capsys):
+    with pytest.raises(SystemExit, match=r"^0$"):
+        main(["--version"])
+    said = capsys.readouterr().out
+    assert said.startswith(
+        f"collide {collide.__version__}, Numba {numba.__version__}, NumPy {np.__version__}, Python 3."
+    )
+    assert re.fullmatch(r"\d+\.\d+\.\d+", collide.__version__)
+    assert importlib.metadata.version("collide2d") == collide.__version__

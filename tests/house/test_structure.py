@@ -166,6 +166,7 @@ def test_what_tells_systems_apart_is_found(code):
 def test_the_public_names():
     assert set(collide.__all__) == {
         "InvalidPairError",
+        "__version__",
         "find_contacts",
         "get_num_threads",
         "get_spare_memory",
