@@ -32,7 +32,10 @@ _pairs/loop.py loads lanes of pairs, calls the formula on them, looks for invali
 errors.py says which rule the first invalid pair breaks.
 """
 
+import importlib
+import inspect
 import sys
+from typing import Any
 
 __version__ = "0.2.0"
 
@@ -46,6 +49,7 @@ with interruptible():
 
     _check_versions()
     from . import scalar
+    from ._compile import options as _options
     from ._compile.kept_memory import get_spare_memory, set_spare_memory
     from ._system.threads import get_num_threads, set_num_threads
     from .batch import (
@@ -82,3 +86,21 @@ __all__ = [
     "time_of_impact",
     "time_of_impact_3d",
 ]
+
+for _name in filter(lambda name: inspect.isfunction(globals()[name]), __all__):
+    _one = (
+        f"collide.scalar.{_name} takes one pair there, of numbers" if hasattr(scalar, _name) else "call it from Python"
+    )
+    _options.only_outside(globals()[_name], _one)
+
+_ON_DEMAND = "arrow", "dask"  # as they need more than NumPy and Numba
+
+
+def __getattr__(name: str) -> Any:
+    if name in _ON_DEMAND:
+        return importlib.import_module(f".{name}", __name__)
+    raise AttributeError(f"module 'collide' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)  # what is imported on demand may not be there: help() asks for all that it finds here

@@ -8,7 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-import pyarrow as pa
+try:
+    import pyarrow as pa
+except ModuleNotFoundError:
+    raise ModuleNotFoundError("collide.arrow needs pyarrow: pip install pyarrow", name="pyarrow") from None
 
 from ._tables import by_name
 from ._tables.arrow_batches import from_numpy, no_rows, to_numpy

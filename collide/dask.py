@@ -22,8 +22,11 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import dask
-import dask.array as da
+try:
+    import dask
+    import dask.array as da
+except ModuleNotFoundError:
+    raise ModuleNotFoundError("collide.dask needs dask: pip install 'dask[array]'", name="dask") from None
 import numpy as np
 
 from . import batch

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ._compile.options import formula
+from ._compile.options import one_pair
 from ._formulas.collision import collision, impulse, in_polar_form, in_space, in_the_plane, on_a_line
 from ._formulas.impact import impact
 
@@ -38,7 +38,7 @@ __all__ = [
 ]
 
 
-@formula
+@one_pair
 def resolve_1d(m1: Any, m2: Any, v1: Any, v2: Any, restitution: Any = 1.0) -> tuple[Any, Any]:
     """Velocities (u1, u2) after a collision on a line.
 
@@ -51,7 +51,7 @@ def resolve_1d(m1: Any, m2: Any, v1: Any, v2: Any, restitution: Any = 1.0) -> tu
     return (*u1, *u2)
 
 
-@formula
+@one_pair
 def resolve_2d(
     m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, restitution: Any = 1.0
 ) -> tuple[Any, Any, Any, Any]:
@@ -72,7 +72,7 @@ def resolve_2d(
     return (*u1, *u2)
 
 
-@formula
+@one_pair
 def resolve_3d(
     m1: Any,
     m2: Any,
@@ -102,7 +102,7 @@ def resolve_3d(
     return (*u1, *u2)
 
 
-@formula
+@one_pair
 def resolve_polar(
     m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any, restitution: Any = 1.0
 ) -> tuple[Any, Any, Any, Any]:
@@ -119,7 +119,7 @@ def resolve_polar(
     return (*u1, *u2)
 
 
-@formula
+@one_pair
 def impulse_2d(
     m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny: Any, restitution: Any = 1.0
 ) -> Any:
@@ -137,7 +137,7 @@ def impulse_2d(
     return p
 
 
-@formula
+@one_pair
 def impulse_3d(
     m1: Any,
     m2: Any,
@@ -167,7 +167,7 @@ def impulse_3d(
     return p
 
 
-@formula
+@one_pair
 def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
     """The earliest t >= 0 at which two balls that move uniformly touch; inf if they never do.
 
@@ -191,7 +191,7 @@ def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
     return t
 
 
-@formula
+@one_pair
 def time_of_impact_3d(dx: Any, dy: Any, dz: Any, dvx: Any, dvy: Any, dvz: Any, distance: Any) -> Any:
     """The earliest t >= 0 at which two balls that move uniformly in space touch; inf if they never do.
 

@@ -5,11 +5,13 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numba
 import numpy as np
+from numba import types
 from numba.core.ccallback import CFunc
 from numba.extending import overload, register_jitable
 
@@ -29,6 +31,32 @@ def formula(function: Function) -> Function:
     """Plain Python when Python calls it; in compiled code, part of what calls it."""
     register_jitable(**_INLINE)(function)
     return function
+
+
+def one_pair(function: Function) -> Function:
+    """As `formula`, for users to call: compiled code that gives it arrays is told so, and where to go with them."""
+
+    def pick(*arguments: Any, **named: Any) -> Any:
+        given = inspect.signature(function).bind_partial(*arguments, **named).arguments
+        for name, kind in given.items():
+            if isinstance(kind, types.Array | types.BaseTuple | types.List):
+                raise numba.TypingError(
+                    f"{name} is {kind}: in compiled code collide.scalar.{function.__name__} takes the numbers of one "
+                    f"pair. Loop over the pairs, or call collide.{function.__name__} outside of compiled code"
+                )
+        return function
+
+    overload(function, jit_options=_INLINE, strict=False)(pick)
+    return function
+
+
+def only_outside(function: Callable[..., Any], instead: str) -> None:
+    """Has compiled code that calls the function told that it cannot, and what to do instead."""
+
+    def pick(*arguments: Any, **named: Any) -> Any:
+        raise numba.TypingError(f"collide.{function.__name__} cannot be called in compiled code: {instead}")
+
+    overload(function, strict=False)(pick)
 
 
 def quiet(function: Function) -> Function:

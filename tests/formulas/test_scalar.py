@@ -95,3 +95,37 @@ def test_velocities_on_a_line_do_not_wrap_or_round_either():
     assert scalar.resolve_1d(1, 1, np.uint64(1), np.uint64(2)) == (2.0, 1.0)
     v1, v2 = np.float32(0.1), np.float32(0.7)
     assert scalar.resolve_1d(1, 3, v1, v2) == scalar.resolve_1d(1, 3, float(v1), float(v2))
+
+
+@pytest.mark.fast
+def test_arrays_in_compiled_code_are_refused_by_name():
+    @numba.njit
+    def call(v, e):
+        return scalar.resolve_1d(1.0, 2.0, 3.0, v, restitution=e)
+
+    with pytest.raises(numba.TypingError, match=r"v2 is array\(float64, 1d, C\): .* call collide\.resolve_1d outside"):
+        call(np.ones(3), 1.0)
+    with pytest.raises(numba.TypingError, match="restitution is UniTuple"):
+        call(1.0, (1.0, 0.5))
+    assert call(3.0, 1.0) == (3.0, 3.0)
+
+
+@pytest.mark.fast
+def test_batch_functions_in_compiled_code_name_the_scalar_ones():
+    @numba.njit
+    def resolve(v):
+        return collide.resolve_1d(1.0, 2.0, v, 0.0, restitution=0.5)
+
+    @numba.njit
+    def find(x):
+        return collide.find_contacts(x, x, 1.0)
+
+    v = np.ones(3)
+    with pytest.raises(
+        numba.TypingError, match=r"resolve_1d cannot be called in compiled code: collide\.scalar\.resolve_1d"
+    ):
+        resolve(v)
+    with pytest.raises(
+        numba.TypingError, match=r"find_contacts cannot be called in compiled code: call it from Python"
+    ):
+        find(v)

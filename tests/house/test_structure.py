@@ -188,6 +188,23 @@ def test_the_public_names():
         assert getattr(collide, name).__doc__
 
 
+def test_what_dir_shows_is_public():
+    assert dir(collide) == sorted(collide.__all__)
+
+
+@pytest.mark.parametrize(
+    ("name", "package", "extra"), [("arrow", "pyarrow", "pyarrow"), ("dask", "dask", "dask[array]")]
+)
+def test_what_is_imported_on_demand(name, package, extra):
+    code = f"import collide; print(collide.{name}.resolve.__module__)"
+    assert process.python(code).stdout == f"collide.{name}\n"
+    done = process.python(f"import sys; sys.modules['{package}'] = None; {code}")
+    assert f"ModuleNotFoundError: collide.{name} needs {package}: pip install " in done.stderr and extra in done.stderr
+    assert (
+        "AttributeError: module 'collide' has no attribute 'no'" in process.python("import collide; collide.no").stderr
+    )
+
+
 def test_importing_needs_numpy_and_numba_only():
     code = (
         "import sys, numba; before = set(sys.modules); import collide; "
