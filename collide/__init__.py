@@ -35,7 +35,7 @@ errors.py says which rule the first invalid pair breaks.
 import importlib
 import inspect
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.2.0"
 
@@ -93,13 +93,15 @@ for _name in filter(lambda name: inspect.isfunction(globals()[name]), __all__):
     )
     _options.only_outside(globals()[_name], _one)
 
-_ON_DEMAND = "arrow", "dask"  # as they need more than NumPy and Numba
+if TYPE_CHECKING:
+    from . import arrow as arrow
+    from . import dask as dask
+else:
 
-
-def __getattr__(name: str) -> Any:
-    if name in _ON_DEMAND:
-        return importlib.import_module(f".{name}", __name__)
-    raise AttributeError(f"module 'collide' has no attribute {name!r}")
+    def __getattr__(name: str) -> Any:
+        if name in ("arrow", "dask"):  # which need more than NumPy and Numba
+            return importlib.import_module(f".{name}", __name__)
+        raise AttributeError(f"module 'collide' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -1,8 +1,8 @@
-"""The batch functions: one collision for every element of arrays that broadcast together."""
+"""The batch functions: one collision for every element of arrays that broadcast together. batch.pyi has their types."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from numpy.typing import ArrayLike
 
@@ -10,39 +10,41 @@ from ._pairs import execution, vectors
 from ._pairs.forms import FORM_1D, FORM_2D, FORM_3D, FORM_POLAR, IMPACT, IMPACT_3D, IMPULSE_2D, IMPULSE_3D
 from ._typing import Array
 
+Result = TypeVar("Result")  # numbers or arrays; batch.pyi says which
 
-class Velocities1D(NamedTuple):
+
+class Velocities1D(NamedTuple, Generic[Result]):
     """Velocities after the collisions, in the unit of the velocities before."""
 
-    u1: Any
-    u2: Any
+    u1: Result
+    u2: Result
 
 
-class Velocities(NamedTuple):
+class Velocities(NamedTuple, Generic[Result]):
     """Velocity vectors after the collisions, in the unit of the velocities before."""
 
-    u1: Any
-    u2: Any
+    u1: Result
+    u2: Result
 
 
-class Velocities2D(NamedTuple):
+class Velocities2D(NamedTuple, Generic[Result]):
     """Velocity components after the collisions, in the unit of the velocities before."""
 
-    u1x: Any
-    u1y: Any
-    u2x: Any
-    u2y: Any
+    u1x: Result
+    u1y: Result
+    u2x: Result
+    u2y: Result
 
 
-class Velocities3D(NamedTuple):
+class Velocities3D(NamedTuple, Generic[Result]):
     """Velocity components after the collisions, in the unit of the velocities before."""
 
-    u1x: Any
-    u1y: Any
-    u1z: Any
-    u2x: Any
-    u2y: Any
-    u2z: Any
+    u1x: Result
+    u1y: Result
+    u1z: Result
+    u2x: Result
+    u2y: Result
+    u2z: Result
 
 
 _new = tuple.__new__  # a named tuple's own takes twice as long, a fortieth of a small call
@@ -58,7 +60,7 @@ def resolve_1d(
     approaching_only: bool = False,
     invalid: str = "raise",
     out: tuple[Array, Array] | None = None,
-) -> Velocities1D:
+) -> Velocities1D[Any]:
     """Compute the velocities after collisions on a line.
 
         u1 = v1 - (1+e) m2/(m1+m2) (v1-v2)        u2 = v2 + (1+e) m1/(m1+m2) (v1-v2)
@@ -135,7 +137,7 @@ def resolve_2d(
     approaching_only: bool = False,
     invalid: str = "raise",
     out: tuple[Array, Array, Array, Array] | None = None,
-) -> Velocities2D:
+) -> Velocities2D[Any]:
     """Compute the velocities after collisions in the plane, between smooth balls that do not spin.
 
         u1 = v1 - (1+e) m2/(m1+m2) ((v1-v2).n / n.n) n        u2 = v2 + (1+e) m1/(m1+m2) ((v1-v2).n / n.n) n
@@ -221,7 +223,7 @@ def resolve_3d(
     approaching_only: bool = False,
     invalid: str = "raise",
     out: tuple[Array, Array, Array, Array, Array, Array] | None = None,
-) -> Velocities3D:
+) -> Velocities3D[Any]:
     """Compute the velocities after collisions in space, between smooth balls that do not spin.
 
         u1 = v1 - (1+e) m2/(m1+m2) ((v1-v2).n / n.n) n        u2 = v2 + (1+e) m1/(m1+m2) ((v1-v2).n / n.n) n
@@ -302,7 +304,7 @@ def resolve(
     approaching_only: bool = False,
     invalid: str = "raise",
     out: tuple[Array, Array] | None = None,
-) -> Velocities:
+) -> Velocities[Any]:
     """Compute the velocities after collisions of vectors along the last axis: the rows of (N, 2) or (N, 3) arrays.
 
         u1 = v1 - (1+e) m2/(m1+m2) ((v1-v2).n / n.n) n        u2 = v2 + (1+e) m1/(m1+m2) ((v1-v2).n / n.n) n
@@ -380,7 +382,7 @@ def resolve_polar(
     approaching_only: bool = False,
     invalid: str = "raise",
     out: tuple[Array, Array, Array, Array] | None = None,
-) -> Velocities2D:
+) -> Velocities2D[Any]:
     """Compute velocity components after collisions in the plane, from speeds and directions.
 
         u1x = [(m1 - e m2) v1 cos(theta1-phi) + (1+e) m2 v2 cos(theta2-phi)]/(m1+m2) * cos(phi)

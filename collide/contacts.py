@@ -5,10 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 import reprlib
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ._contacts import search, state
 from ._contacts.in_order import CHECK, RESOLVE
@@ -23,8 +23,8 @@ _MOST_BALLS = (1 << 29) - 1024  # the numbers of their cells, four a ball, are k
 class Contacts(NamedTuple):
     """Pairs of balls, by their numbers."""
 
-    i: Any
-    j: Any
+    i: NDArray[np.intp]
+    j: NDArray[np.intp]
 
 
 def find_contacts(

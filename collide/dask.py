@@ -57,7 +57,7 @@ def resolve_1d(
     restitution: Any = 1.0,
     approaching_only: bool = False,
     invalid: str = "raise",
-) -> batch.Velocities1D:
+) -> batch.Velocities1D[da.Array]:
     """`collide.resolve_1d` over Dask arrays.
 
     >>> v1 = da.from_array(np.array([4.0, 8.0]), chunks=1)
@@ -80,7 +80,7 @@ def resolve_2d(
     restitution: Any = 1.0,
     approaching_only: bool = False,
     invalid: str = "raise",
-) -> batch.Velocities2D:
+) -> batch.Velocities2D[da.Array]:
     """`collide.resolve_2d` over Dask arrays.
 
     >>> v1x = da.from_array(np.array([1.0, 2.0, 3.0]), chunks=2)
@@ -108,7 +108,7 @@ def resolve_3d(
     restitution: Any = 1.0,
     approaching_only: bool = False,
     invalid: str = "raise",
-) -> batch.Velocities3D:
+) -> batch.Velocities3D[da.Array]:
     """`collide.resolve_3d` over Dask arrays.
 
     >>> v1z = da.from_array(np.array([1.0, 2.0, 3.0]), chunks=2)
@@ -130,7 +130,7 @@ def resolve(
     restitution: Any = 1.0,
     approaching_only: bool = False,
     invalid: str = "raise",
-) -> batch.Velocities:
+) -> batch.Velocities[da.Array]:
     """`collide.resolve` over Dask arrays.
 
     >>> v1 = da.from_array(np.array([[2.0, 0.0], [4.0, 0.0]]), chunks=(1, 2))
@@ -157,7 +157,7 @@ def resolve_polar(
     restitution: Any = 1.0,
     approaching_only: bool = False,
     invalid: str = "raise",
-) -> batch.Velocities2D:
+) -> batch.Velocities2D[da.Array]:
     """`collide.resolve_polar` over Dask arrays.
 
     >>> phi = da.linspace(0.0, np.pi / 2, 3, chunks=2)

@@ -1,0 +1,48 @@
+"""What type checkers make of a user's program. It is checked and not run: tests/house/test_types.py."""
+
+from typing import assert_type
+
+import numpy as np
+from numpy.typing import NDArray
+
+import collide
+from collide.batch import Velocities, Velocities1D, Velocities2D, Velocities3D
+
+Floats = NDArray[np.floating]
+Doubles = NDArray[np.float64]
+Singles = NDArray[np.float32]
+
+v: Doubles = np.ones(3)
+single: Singles = np.ones(3, np.float32)
+rows: Doubles = np.ones((3, 2))
+
+assert_type(collide.resolve_1d(1.0, 2, 3.0, 4.0), Velocities1D[np.float64])
+assert_type(collide.resolve_1d(1.0, 2.0, v, 0.0), Velocities1D[Floats])
+assert_type(collide.resolve_1d(1.0, 2.0, [1.0, 2.0], 0.0, restitution=0.5, invalid="keep").u1, Floats)
+assert_type(collide.resolve_1d(1.0, 2.0, single, 0.0, out=(single, single)), Velocities1D[Singles])
+assert_type(collide.resolve_2d(1.0, 1.0, v, v, v, v, 1.0, 0.0, out=(v, v, v, v)), Velocities2D[Doubles])
+assert_type(collide.resolve_2d(1.0, 1.0, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0).u2x, np.float64)
+assert_type(collide.resolve_3d(1.0, 1.0, v, v, v, v, v, v, 1.0, 0.0, 0.0), Velocities3D[Floats])
+assert_type(collide.resolve_polar(1.0, 1.0, v, 0.0, v, 0.0, 1.0), Velocities2D[Floats])
+assert_type(collide.resolve(1.0, 1.0, rows, rows, rows, out=(rows, rows)), Velocities[Doubles])
+assert_type(collide.resolve(1.0, 1.0, rows, [0.0, 0.0], [1.0, 0.0]).u1, Floats)
+assert_type(collide.impulse_2d(1.0, 1.0, v, 0.0, 0.0, 0.0, 1.0, 0.0), Floats)
+assert_type(collide.impulse_3d(1.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0), np.float64)
+assert_type(collide.time_of_impact(v, 0.0, -1.0, 0.0, 1.0, invalid="nan", out=v), Doubles)
+assert_type(collide.time_of_impact_3d(3.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0), np.float64)
+
+i, j = collide.find_contacts(v, v, 1.0)
+assert_type(i, NDArray[np.intp])
+assert_type(collide.resolve_contacts(i, j, 1.0, v, v, v, v), int)
+assert_type(collide.get_num_threads(), int)
+
+try:
+    collide.resolve_1d(-1.0, 1.0, v, v)
+except collide.InvalidPairError as error:
+    assert_type(error.index, tuple[int, ...])
+    assert_type(error.reason, str)
+
+# What is wrong is told: each of these is an error, and a checker complains where it is none.
+collide.resolve_1d(1.0, 1.0, v, v, invalid="no")  # type: ignore[call-overload] # pyright: ignore
+collide.time_of_impact(v, v, v, v, 1.0, invalid="keep")  # type: ignore[call-overload] # pyright: ignore
+collide.resolve_4d(v)  # type: ignore[attr-defined] # pyright: ignore
