@@ -110,7 +110,10 @@ def is_plain(columns: Any) -> bool:
 
 @formula
 def rows_of(outputs: Any) -> int:
-    """How the outputs lie: 0 all without gaps; else bit 0, and bit c+1 where number c and the next are rows of two."""
+    """How the outputs lie: 0 all without gaps; else bit 0, and more where some adjoin.
+
+    Bit c+1: number c and the next are rows of two. Bit c+9: c, a multiple of three, and the next two are rows of three.
+    """
     rows, c, item = 0, 0, outputs[0].itemsize
     while c < len(outputs):
         u, w = outputs[c], outputs[min(c + 1, len(outputs) - 1)]
@@ -120,6 +123,12 @@ def rows_of(outputs: Any) -> int:
                 rows |= 2 << c
                 c += 1
         c += 1
+    if len(outputs) % 3 == 0:
+        for c in range(0, len(outputs), 3):
+            u, v, w = outputs[c], outputs[c + 1], outputs[c + 2]
+            steps = u.strides[0] == 3 * item and v.strides[0] == 3 * item and w.strides[0] == 3 * item
+            if steps and address(v) == address(u) + item and address(w) == address(v) + item:
+                rows |= 512 << c
     return rows
 
 
@@ -129,8 +138,11 @@ def lead(outputs: Any, start: int, rows: int) -> int:
     out_of_line()
     item, head = outputs[0].itemsize, 0
     for c in range(len(outputs)):
-        if c > 0 and (rows >> c) & 1:
-            continue  # it lies in the lines of the one before
+        begins_before = rows >> c
+        if len(outputs) % 3 == 0:
+            begins_before |= rows >> (c + 8) | rows >> (c + 7)
+        if c > 0 and begins_before & 1:
+            continue  # it lies in the lines of one before
         step = outputs[c].strides[0]
         own, place = 0, address(outputs[c]) + start * step
         while own * item < CACHE_LINE and (place + own * step) % CACHE_LINE != 0:

@@ -4,10 +4,12 @@ A column is an array of any step, or, for a scalar, an empty one whose value sta
 serves every mix. A step takes as many pairs as fill a cache line of the outputs' storage, 8 or 16. Numba does not ask
 whether arrays are aligned, so nothing is promised of them, but where a line is to stream.
 
-Columns that adjoin in rows of two, as the components of vectors do, are taken apart and put together by whole lines;
-those of other steps, of longer rows and of records, number by number. To take lines of longer rows apart was no gain:
-columns of rows of three took 6 %, of rows of four 20 % longer, and those of two 6 % as well, by more code in the loop.
-Nor was it to gather a block of each column before the loop: from memory that took three times as long.
+Columns that adjoin in rows of two or three, as the components of vectors do, are taken apart and put together by whole
+lines; those of other steps, of longer rows and of records, number by number. Each column of rows of two is read by
+itself, and those of rows of three all at once, where the kernel is one of vectors in space. To take lines of other rows
+apart for each column was no gain: columns of rows of three took 6 %, of rows of four 20 % longer, and those of two 6 %
+as well, by more code in the loop. Nor was it to gather a block of each column before the loop: from memory that took
+three times as long.
 """
 
 from __future__ import annotations
@@ -23,6 +25,8 @@ from .._system.memory import CACHE_LINE
 from .lanes import F64, I32, I64, Lanes, constant, lanes_below, splat
 from .options import compiles, intrinsic
 
+# The columns that may begin rows of three, by how many there are: only the forms in space have so many.
+_VECTORS = {12: (2, 5, 8), 7: (0, 3)}
 _SUFFIX = {"double": "f64", "float": "f32", "i32": "i32", "i64": "i64"}
 
 
@@ -79,6 +83,15 @@ class _Column:
         """The address so many numbers behind the first of a step."""
         return self._b.inttoptr(self._b.add(self._first(), ir.Constant(I64, numbers * self._item)), kind.as_pointer())
 
+    def is_followed_by(self, others: list[_Column]) -> Any:
+        """Whether these are the other columns of the rows of which this is the first."""
+        b, found = self._b, self.has_step(1 + len(others))
+        for k, other in enumerate(others, 1):
+            place = b.add(b.ptrtoint(self._data, I64), ir.Constant(I64, k * self._item))
+            beside = b.icmp_signed("==", b.ptrtoint(other._data, I64), place)
+            found = b.and_(found, b.and_(beside, other.has_step(1 + len(others))))
+        return found
+
     def each(self) -> list[Any]:
         """The addresses of all numbers of a step."""
         place, places = self._first(), []
@@ -116,6 +129,16 @@ def _merge(builder: Any, *ways: tuple[Any, Any]) -> Any:
     return phi
 
 
+def _picked(builder: Any, lines: list[Any], places: list[int]) -> Any:
+    """Of three vectors laid end to end the elements of these places, as one."""
+    width = len(places)
+    from_two = [k if k < 2 * width else 0 for k in places]
+    and_third = [i if k < 2 * width else k - width for i, k in enumerate(places)]
+    kind = ir.VectorType(I32, width)
+    both = builder.shuffle_vector(*lines[:2], ir.Constant(kind, from_two))
+    return builder.shuffle_vector(both, lines[2], ir.Constant(kind, and_third))
+
+
 @intrinsic
 def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, plain: Any, outputs: Any) -> Any:
     """Pairs k to k+n of every column; lanes past n hold ones, a valid pair. `plain`: see arrays.py.
@@ -124,7 +147,8 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, plain: Any,
 
         if n == width:
             if plain: a whole line of each column but the last, which may be a number
-            else:     of each column, by its step, a line, or every second number of two lines, or number by number
+            else:     of each column, by its step, a line, or every second number of two lines, or number by number;
+                      of three that adjoin in rows, three lines
         else:         of each column the numbers below n
 
     as a masked load costs a full step a quarter of its time, and a branch a column a tenth.
@@ -173,6 +197,25 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, plain: Any,
 
             return _either(b, c.is_number, lambda: number(i), array)
 
+        def branched() -> list[Any]:
+            values: list[Any] = []
+            while len(values) < columns.count:
+                i = len(values)
+                values += threes(i) if i in _VECTORS.get(columns.count, ()) else [full(i)]
+            return values
+
+        def threes(i: int) -> list[Any]:
+            first, *others = (column(k) for k in range(i, i + 3))
+            with b.if_else(first.is_followed_by(others)) as (rows, apart):
+                with rows:
+                    lines = [b.load(first.beyond(k * width, first.vector), align=1) for k in range(3)]
+                    picked = [widened(_picked(b, lines, [*range(k, 3 * width, 3)])) for k in range(3)]
+                    from_rows = b.block
+                with apart:
+                    single = [full(k) for k in range(i, i + 3)]
+                    from_apart = b.block
+            return [_merge(b, (x, from_rows), (y, from_apart)) for x, y in zip(picked, single, strict=True)]
+
         def part(i: int) -> Any:
             c, mask = column(i), lanes_below(b, n, width)
             rest = ir.Constant(I32, 1), mask, constant(c.vector, 1.0)
@@ -198,9 +241,9 @@ def load(typingctx: Any, columns: Any, scalars: Any, k: Any, n: Any, plain: Any,
                         quick = [*(line(column(i)) for i in most), last(end)]
                         from_quick = b.block
                     with mixed:
-                        branched = [full(i) for i in (*most, end)]
-                        from_branched = b.block
-                lines = [_merge(b, (x, from_quick), (y, from_branched)) for x, y in zip(quick, branched, strict=True)]
+                        mixture = branched()
+                        from_mixture = b.block
+                lines = [_merge(b, (x, from_quick), (y, from_mixture)) for x, y in zip(quick, mixture, strict=True)]
                 from_whole = b.block
             with rest:
                 parts = [part(i) for i in (*most, end)]
@@ -245,6 +288,11 @@ def store(typingctx: Any, outputs: Any, k: Any, n: Any, values: Any, streaming: 
                 lines.append((both, columns[i].beyond(line * width, vector)))
             move(lines)
 
+        def rows_of_three(i: int) -> None:
+            orders = ([lane % 3 * width + lane // 3 for lane in range(k * width, (k + 1) * width)] for k in range(3))
+            places = (columns[i].beyond(k * width, vector) for k in range(3))
+            move([(_picked(b, given[i : i + 3], order), place) for order, place in zip(orders, places, strict=True)])
+
         def alone(i: int) -> None:
             with b.if_else(columns[i].has_step(1)) as (line, gaps):
                 with line:
@@ -253,19 +301,33 @@ def store(typingctx: Any, outputs: Any, k: Any, n: Any, values: Any, streaming: 
                     for lane, place in enumerate(columns[i].each()):
                         b.store(b.extract_element(given[i], ir.Constant(I32, lane)), place, align=1)
 
+        def by_twos(some: range) -> None:
+            for i in some:
+                begins = has(i + 1) if i + 1 < len(columns) else ir.Constant(ir.IntType(1), 0)
+                with b.if_else(begins) as (together, other):
+                    with together:
+                        if i + 1 < len(columns):
+                            rows_of_two(i)
+                    with other, b.if_then(b.not_(has(i)) if i else ir.Constant(ir.IntType(1), 1)):
+                        alone(i)
+
+        def by_threes() -> None:
+            for i in range(0, len(columns), 3):
+                with b.if_else(has(i + 9)) as (together, others):
+                    with together:
+                        rows_of_three(i)
+                    with others:
+                        by_twos(range(i, i + 3))
+
         with b.if_else(b.icmp_signed("==", n, ir.Constant(n.type, width))) as (whole, part):
             with whole, b.if_else(b.icmp_signed("==", rows, ir.Constant(I64, 0))) as (straight, mixed):
                 with straight:
                     move([(value, column.line()) for value, column in zip(given, columns, strict=True)])
                 with mixed:
-                    for i in range(len(columns)):
-                        begins = has(i + 1) if i + 1 < len(columns) else ir.Constant(ir.IntType(1), 0)
-                        with b.if_else(begins) as (together, other):
-                            with together:
-                                if i + 1 < len(columns):
-                                    rows_of_two(i)
-                            with other, b.if_then(b.not_(has(i)) if i else ir.Constant(ir.IntType(1), 1)):
-                                alone(i)
+                    if len(columns) % 3:
+                        by_twos(range(len(columns)))
+                    else:
+                        by_threes()
             with part:
                 mask = lanes_below(b, n, width)
                 for value, column in zip(given, columns, strict=True):

@@ -121,6 +121,26 @@ def test_results_in_one_array(order, n):
     assert_same_bits([np.ascontiguousarray(u[:, k]) for k in order], call("2d", c))
 
 
+# A letter is an array of rows, a number one of its columns; a dash is a column by itself.
+AMONG_OTHERS = ["a0 a2 a1 b0 b1 b2", "a0 a1 a2 b1 b2 -", "- - c0 c1 - -", "- a0 a1 a2 - -", "a0 a1 a2 - c0 c1"]
+
+
+@pytest.mark.parametrize("lie", AMONG_OTHERS)
+@pytest.mark.parametrize("n", [9, 1000, 300_001])
+def test_rows_of_three_among_others(lie, n):
+    c = columns_of("3d", n, "f8")
+
+    def columns():
+        rows = {"a": np.zeros((n, 3)), "b": np.zeros((n, 3)), "c": np.zeros((n, 2))}
+        return tuple(np.zeros(n) if part == "-" else rows[part[0]][:, int(part[1])] for part in lie.split())
+
+    given, out = columns(), columns()
+    for column, x in zip(given, c[2:8], strict=True):
+        column[...] = x
+    got = call("3d", [*c[:2], *given, *c[8:]], out)
+    assert_same_bits([np.ascontiguousarray(u) for u in got], call("3d", c))
+
+
 @pytest.mark.parametrize("n", [3, 1000, 70_000])
 def test_records(n):
     c = columns_of("2d", n, "f8")
