@@ -37,8 +37,9 @@ def resolve(
         float and double and no nulls; they are read where they lie, without a copy (bool apart). All columns of the
         input, and its metadata, are in the result, sharing its memory.
     form: "1d": m1, m2, v1, v2 give u1, u2; "2d": m1, m2, v1x, v1y, v2x, v2y, nx, ny give u1x, u1y, u2x, u2y;
-        "polar": m1, m2, v1, theta1, v2, theta2, phi give the same. None: the one whose columns are there. Each may
-        have a column restitution. The equations and units are those of `resolve_1d`, `resolve_2d`, `resolve_polar`.
+        "3d": these and v1z, v2z, nz give u1z and u2z as well; "polar": m1, m2, v1, theta1, v2, theta2, phi give u1x,
+        u1y, u2x, u2y. None: the one whose columns are there. Each may have a column restitution. The equations and
+        units are those of `resolve_1d`, `resolve_2d`, `resolve_3d`, `resolve_polar`.
     columns: the names of columns that are called otherwise, by these names; of added ones too.
     restitution: e, finite and >= 0, for all pairs. None: the column restitution, or 1 where there is none.
     approaching_only, invalid: as for the batch functions. The row of an invalid pair is its `index`.

@@ -94,25 +94,25 @@ def _form_of(names: Sequence[str], called: Mapping[str, str], among: Mapping[str
     A name that is given is meant: its column has to be there, and the form has to have it. So the restitution may be
     missing only where no column was named for it.
     """
-    needed = {key: [c for c in form.columns if c != _E or c in called] for key, form in among.items()}
-    missing = {key: [called.get(c, c) for c in needed[key] if called.get(c, c) not in names] for key in among}
-    meant = [key for key, form in among.items() if set(called) <= {*form.columns, *form.outputs}]
+    columns = {key: set(form.columns) for key, form in among.items()}
+    there = {key: {c for c in columns[key] if called.get(c, c) in names} for key in among}
+    missing = {
+        key: [called.get(c, c) for c in form.columns if c not in there[key] and (c != _E or c in called)]
+        for key, form in among.items()
+    }
+    meant = [key for key in among if set(called) <= {*among[key].columns, *among[key].outputs}]
     complete = [key for key in meant if not missing[key]]
-    if not complete:
-        likely = max(meant or among, key=lambda key: (_n_own(key, names, called), -len(missing[key])))
-        raise TableError(f"missing column {', '.join(missing[likely])} (of the {likely} form)")
-    # A form with all columns of another counts before it, as the polar one has those on a line.
-    columns = [set(among[key].columns) for key in complete]
-    largest = [key for key, own in zip(complete, columns, strict=True) if not any(own < c for c in columns)]
-    if len(largest) > 1:
+    # Where a column is there that only the larger of two forms has, and it was not named for another, that one is meant:
+    # pairs in space whose nz is misspelt have all columns of the plane, and in polar form without phi all of the line.
+    own = {key: there[key] - {*called.values()} for key in meant}
+    chosen = [key for key in complete if not any(columns[key] < columns[g] and own[g] - columns[key] for g in meant)]
+    if not chosen:
+        likely = max(meant or among, key=lambda key: (len(there[key]), -len(missing[key])))
+        asked = "".join(f'; form="{key}" (--form {key}) takes the columns of that form alone' for key in complete)
+        raise TableError(f"missing column {', '.join(missing[likely])} (of the {likely} form){asked}")
+    if len(chosen) > 1:
         raise TableError(f"has the columns of more than one form: {', '.join(complete)}")
-    return among[largest[0]]
-
-
-def _n_own(form: str, names: Sequence[str], called: Mapping[str, str]) -> int:
-    """How many of the columns that no other form has are there."""
-    others = {c for key, f in COLLISIONS.items() if key != form for c in f.columns}
-    return sum(called.get(c, c) in names for c in COLLISIONS[form].columns if c not in others)
+    return among[chosen[0]]
 
 
 def results_of(

@@ -19,7 +19,7 @@ from collide._system import signals
 from collide._tables import by_name, stream
 from collide._tables.conservation import Conservation
 from tests.helpers import process
-from tests.helpers.npz import LINE, PLANE, POLAR, assert_refused, assert_resolved, without, write
+from tests.helpers.npz import LINE, POLAR, SPACE, assert_refused, assert_resolved, without, write
 from tests.helpers.tables import resolve, status
 
 # The command line at fault
@@ -198,10 +198,10 @@ def test_signal_handlers_are_put_back(ours, ending, source, target, monkeypatch)
 
 
 def test_module_runs_as_a_command(source, target):
-    write(source, PLANE)
+    write(source, SPACE)
     done = process.run(sys.executable, "-W", "error", "-m", "collide", "resolve", source, "-o", target, "--quiet")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
-    assert_resolved(PLANE, target, collide.resolve_2d(**PLANE))
+    assert_resolved(SPACE, target, collide.resolve_3d(**SPACE))
 
 
 @pytest.mark.fast
@@ -224,7 +224,7 @@ def test_console_script(source, target):
 def test_help_names_every_column():
     done = process.run(sys.executable, "-m", "collide", "resolve", "--help")
     assert done.returncode == 0
-    for name in {*LINE, *PLANE, *POLAR, "restitution"}:
+    for name in {*LINE, *SPACE, *POLAR, "restitution"}:
         assert re.search(rf"\b{name}\b", done.stdout), name
 
 

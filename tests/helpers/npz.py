@@ -11,7 +11,7 @@ FORMS = {
     form: ({name: column[:N] for name, column in columns.items()}, function)
     for form, (columns, function) in tables.FORMS.items()
 }
-LINE, PLANE, POLAR = (columns for columns, _ in FORMS.values())
+LINE, PLANE, SPACE, POLAR = (columns for columns, _ in FORMS.values())
 
 
 def write(path, columns):

@@ -22,9 +22,11 @@ def _columns(*names):
 LINE = _columns("m1", "m2", "v1", "v2")
 PLANE = _columns("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny")
 POLAR = _columns("m1", "m2", "v1", "theta1", "v2", "theta2", "phi")
+SPACE = _columns("m1", "m2", "v1x", "v1y", "v1z", "v2x", "v2y", "v2z", "nx", "ny", "nz")
 FORMS = {
     "1d": (LINE, collide.resolve_1d),
     "2d": (PLANE, collide.resolve_2d),
+    "3d": (SPACE, collide.resolve_3d),
     "polar": (POLAR, collide.resolve_polar),
 }
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 import collide
 import collide.arrow
-from tests.helpers.tables import FORMS, LINE, PLANE, RNG, N
+from tests.helpers.tables import FORMS, LINE, PLANE, POLAR, RNG, SPACE, N
 
 pytestmark = pytest.mark.fast
 
@@ -132,7 +132,7 @@ def test_an_invalid_pair_is_named_by_its_row_in_the_table():
 
 WRONG = {
     "data": (TypeError, {"data": {"m1": [1.0]}}, "data is of type dict"),
-    "form": (ValueError, {"form": "cartesian"}, "form = 'cartesian': must be None or one of '1d', '2d', 'polar'"),
+    "form": (ValueError, {"form": "cartesian"}, "form = 'cartesian': must be None or one of '1d', '2d', '3d', 'polar'"),
     "missing": (ValueError, {"form": "polar"}, "missing column theta1, theta2, phi"),
     "missing, of no form": (ValueError, {"columns": {"m1": "x"}}, "missing column x"),
     "unknown argument": (ValueError, {"columns": {"mass": "m1"}}, "'mass' is not among m1, m2"),
@@ -153,6 +153,35 @@ def test_wrong_arguments(case):
     with pytest.raises(kind) as raised:
         collide.arrow.resolve(**{"data": pa.table(LINE), **arguments})
     assert words in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("larger", "smaller", "form", "other"), [(SPACE, PLANE, "3d", "2d"), (POLAR, LINE, "polar", "1d")]
+)
+def test_a_form_is_not_taken_for_the_smaller_one_that_it_contains(larger, smaller, form, other):
+    """Any one of the columns that only the larger has tells; the smaller has to be asked for."""
+    own = [name for name in larger if name not in smaller]
+    for column in own:
+        table = pa.table(smaller | {column: larger[column]})
+        missing = ", ".join(name for name in own if name != column)
+        said = rf'^missing column {missing} \(of the {form} form\); form="{other}" \(--form {other}\) takes'
+        with pytest.raises(collide.arrow.by_name.TableError, match=said):
+            collide.arrow.resolve(table)
+        expected = FORMS[other][1](**smaller)
+        assert_resolved(collide.arrow.resolve(table, other), table.schema.names, expected)
+
+
+def test_names_that_are_given_tell_which_form_is_meant():
+    table = pa.table(LINE | {"phi": POLAR["phi"]})
+    for called in {"u1": "after"}, {"m2": "phi"}:  # which only the form on a line has, or whose place is taken
+        columns = {name: table[called.get(name, name)].to_numpy() for name in LINE}
+        resolved = collide.arrow.resolve(table, columns=called)
+        np.testing.assert_array_equal(resolved[called.get("u1", "u1")], collide.resolve_1d(**columns).u1)
+    plane = {"v1y": "v1z", "v2y": "v2z", "ny": "nz"}  # that of x and z
+    with pytest.raises(ValueError, match="has the columns of more than one form: 2d, 3d"):
+        collide.arrow.resolve(pa.table(SPACE), columns=plane)
+    expected = collide.resolve_2d(**{name: SPACE[plane.get(name, name)] for name in PLANE})
+    assert_resolved(collide.arrow.resolve(pa.table(SPACE), "2d", plane), SPACE, expected)
 
 
 def test_nulls_and_types_and_doubles_are_refused():

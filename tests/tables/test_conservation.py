@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import collide
-from collide._pairs.forms import FORM_1D, FORM_2D, FORM_POLAR
+from collide._pairs.forms import FORM_1D, FORM_2D, FORM_3D, FORM_POLAR
 from collide._tables.conservation import Conservation
 
 N = 1003  # and a ragged end
@@ -18,6 +18,7 @@ SPEEDS = np.hypot(V[0], V[1]), np.hypot(V[2], V[3])
 CASES = {
     "1d": (FORM_1D, (*M, V[0], V[1]), collide.resolve_1d),
     "2d": (FORM_2D, (*M, *V, *RNG.normal(size=(2, N))), collide.resolve_2d),
+    "3d": (FORM_3D, (*M, *V, *RNG.normal(size=(5, N))), collide.resolve_3d),
     "polar": (FORM_POLAR, (*M, SPEEDS[0], ANGLES[0], SPEEDS[1], ANGLES[1], ANGLES[2]), collide.resolve_polar),
 }
 
@@ -45,7 +46,7 @@ def report(form, columns, u, e=1.0):
     return kept
 
 
-@pytest.mark.parametrize("name", ["1d", "2d"])
+@pytest.mark.parametrize("name", ["1d", "2d", "3d"])
 @pytest.mark.parametrize("e", [1.0, 0.5])
 def test_changes_are_those_of_exact_sums(name, e):
     form, columns, function = CASES[name]
