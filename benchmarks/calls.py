@@ -1,4 +1,4 @@
-"""The calls that people make in the plane: columns or rows, with `out`, without, in place; and what they would write.
+"""The calls that people make: columns or rows, of pairs in the plane, or rows of three; and what they would write.
 
 Of each a call of collide, the loop that a Numba user would write over the same arrays, and the expression of a NumPy
 user. Who gives no `out` drops the results of one call as those of the next are there, as a simulation does.
@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-from cases import Array, Case
+from cases import Array, Case, make_case
 from contestants import numpy_expression, prange
+from contestants.itself import FUNCTIONS
 from rounds import Timed
 
 import collide
@@ -29,7 +30,8 @@ class Way(NamedTuple):
 def _of_rows(case: Case) -> tuple[Array, ...]:
     """m1, m2, and v1, v2, n as rows."""
     m1, m2, *components = case.columns
-    return m1, m2, *(np.stack(components[k : k + 2], axis=-1) for k in (0, 2, 4))
+    d = len(components) // 3
+    return m1, m2, *(np.stack(components[k : k + d], axis=-1) for k in range(0, 3 * d, d))
 
 
 def _keeping(call: Timed) -> Timed:
@@ -72,13 +74,14 @@ def columns(case: Case) -> Way:
 
 
 def rows_with_out(case: Case) -> Way:
-    given, u = _of_rows(case), (np.empty((case.n, 2)), np.empty((case.n, 2)))
-    prange.rows(*given, *u)
+    given, loop = _of_rows(case), LOOPS[case.form]
+    u = np.empty_like(given[2]), np.empty_like(given[2])
+    loop(*given, *u)
     for found in (collide.resolve(*given), numpy_expression.rows(*given)):
         np.testing.assert_allclose(found, u, rtol=1e-12, atol=1e-11)
     return Way(
         lambda: collide.resolve(*given, out=u),
-        _on_threads(case, lambda: prange.rows(*given, *u)),
+        _on_threads(case, lambda: loop(*given, *u)),
         lambda: numpy_expression.rows(*given),
     )
 
@@ -87,8 +90,8 @@ def rows(case: Case) -> Way:
     given = _of_rows(case)
 
     def by_prange() -> list[Array]:
-        u = [np.empty((case.n, 2)) for _ in range(2)]
-        prange.rows(*given, *u)
+        u = [np.empty_like(given[2]) for _ in range(2)]
+        LOOPS[case.form](*given, *u)
         return u
 
     return Way(
@@ -101,22 +104,33 @@ def rows(case: Case) -> Way:
 def rows_in_place(case: Case) -> Way:
     """Their columns, over which the results go: at each call the same balls collide again."""
     m1, m2, v1, v2, n = _of_rows(case)
-    theirs, numpys = (v1.copy(), v2.copy()), (v1.copy(), v2.copy())
+    theirs, numpys, loop = (v1.copy(), v2.copy()), (v1.copy(), v2.copy()), LOOPS[case.form]
 
     def by_numpy() -> None:
         numpys[0][:], numpys[1][:] = numpy_expression.rows(m1, m2, *numpys, n)
 
     return Way(
-        lambda: collide.resolve_2d(m1, m2, *v1.T, *v2.T, *n.T, out=(*v1.T, *v2.T)),
-        _on_threads(case, lambda: prange.rows(m1, m2, *theirs, n, *theirs)),
+        lambda: FUNCTIONS[case.form](m1, m2, *v1.T, *v2.T, *n.T, out=(*v1.T, *v2.T)),
+        _on_threads(case, lambda: loop(m1, m2, *theirs, n, *theirs)),
         by_numpy,
     )
 
 
-WAYS: dict[str, Callable[[Case], Way]] = {
-    "columns, out given": columns_with_out,
-    "columns": columns,
-    "rows, out given": rows_with_out,
-    "rows": rows,
-    "rows in place": rows_in_place,
+LOOPS = {"2d": prange.rows, "3d": prange.rows_of_three}
+# The form, and what makes the calls of a case.
+WAYS: dict[str, tuple[str, Callable[[Case], Way]]] = {
+    "columns, out given": ("2d", columns_with_out),
+    "columns": ("2d", columns),
+    "rows, out given": ("2d", rows_with_out),
+    "rows": ("2d", rows),
+    "rows in place": ("2d", rows_in_place),
+    "rows of three, out given": ("3d", rows_with_out),
+    "rows of three": ("3d", rows),
+    "rows of three in place": ("3d", rows_in_place),
 }
+
+
+def make(way: str, n: int) -> Way:
+    """The calls of n pairs, for as many threads as collide has at this moment."""
+    form, calls = WAYS[way]
+    return calls(make_case(form, n))

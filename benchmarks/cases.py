@@ -15,8 +15,9 @@ from collide.examples import gas
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Call = Callable[[], Sequence[Array]]
-RESULTS = {"1d": 2, "2d": 4, "polar": 4, "impact": 1}
+RESULTS = {"1d": 2, "2d": 4, "3d": 6, "polar": 4, "impact": 1, "impact_3d": 1}
 FORMS = tuple(RESULTS)
+IMPACTS = ("impact", "impact_3d")
 PACKING = 0.4
 FILE_PAIRS = int(os.environ.get("COLLIDE_FILE_PAIRS", "10000000"))
 STORE_PAIRS = int(os.environ.get("COLLIDE_STORE_PAIRS", "16000000"))
@@ -44,12 +45,25 @@ def random_pairs(n: int) -> tuple[list[Array], list[Array]]:
     return components, [m1, m2, v1, theta1, v2, theta2, phi]
 
 
+def pairs_in_space(n: int) -> list[Array]:
+    """n pairs by their components."""
+    rng = np.random.default_rng(0)
+    normal = rng.normal(size=(3, n))
+    normal /= np.sqrt((normal * normal).sum(axis=0))
+    return [*rng.uniform(0.1, 10.0, (2, n)), *rng.normal(0.0, 3.0, (6, n)), *normal]
+
+
 @functools.lru_cache(maxsize=1)  # 10^7 pairs take 1.9 GB with their results
 def arrays(form: str, n: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
     """Seeded pairs in one form, and arrays for their results."""
-    if form == "impact":
+    columns: Sequence[Array]
+    if form in IMPACTS:
         rng = np.random.default_rng(0)
-        columns = [*rng.uniform(-50.0, 50.0, (2, n)), *rng.normal(size=(2, n)), rng.uniform(1.0, 2.0, n)]
+        # Of either one in sixty meets.
+        d, size = (2, 50.0) if form == "impact" else (3, 8.0)
+        columns = [*rng.uniform(-size, size, (d, n)), *rng.normal(size=(d, n)), rng.uniform(1.0, 2.0, n)]
+    elif form == "3d":
+        columns = pairs_in_space(n)
     else:
         components, polar = random_pairs(n)
         m1, m2, v1x, _, v2x, *_ = components

@@ -30,15 +30,16 @@ def section(data: dict[str, Any]) -> str:
     """What stands between the README's markers."""
     machine, found = data["machine_info"], entries(data)
     threads = machine["collide threads"]
+    forms = [form for form in FORMS if (form, LARGE, threads, "collide") in found]
     lines = [
         *calls(data),
         f"{LARGE:,} pairs, float64, {threads} threads, million pairs a second, and how many times as fast collide is:",
         "",
-        "| | " + " | ".join(FORMS.values()) + " |",
-        "|---|" + "---|" * len(FORMS),
+        "| | " + " | ".join(FORMS[form] for form in forms) + " |",
+        "|---|" + "---|" * len(forms),
     ]
     for name, (label, *_) in CONTESTANTS.items():
-        row = [found.get((form, LARGE, threads, name)) for form in FORMS]
+        row = [found.get((form, LARGE, threads, name)) for form in forms]
         if any(row):
             bold = "**" if name == "collide" else ""
             cells = []
@@ -82,11 +83,12 @@ def calls(data: dict[str, Any]) -> list[str]:
         return []
     sizes, ways = (list(dict.fromkeys(i[key] for i in infos)) for key in ("n", "way"))
     ratio = {(i["way"], i["n"], i["by"]): number(1 / i["as fast as the reference"]) for i in infos}
+    space = " and, as rows of three, in space" * any("three" in way for way in ways)
     took = {(i["way"], i["n"]): i["median"] for i in infos if i["by"] == "collide"}
     lines = [
         *wrapped(
-            "The calls that people make, of pairs in the plane: what one takes, and how many times as fast it is as a "
-            "loop of Numba's prange that its user would write over the same arrays, and as NumPy's expression:"
+            f"The calls that people make, of pairs in the plane{space}: what one takes, and how many times as fast it is "
+            "as a loop of Numba's prange that its user would write over the same arrays, and as NumPy's expression:"
         ),
         "",
         "| | " + " | ".join(f"{n:,} pair{'s' * (n > 1)}" for n in sizes) + " |",
@@ -105,19 +107,21 @@ def time(seconds: float) -> str:
 def options(data: dict[str, Any]) -> str:
     parts = []
     variants = [b["extra_info"] for b in data["benchmarks"] if b["extra_info"].get("variant")]
+    forms = [form for form in COLLISIONS if any(v["form"] == form for v in variants)]
     for name in dict.fromkeys(v["variant"] for v in variants):
         of = {
             v["form"]: v["as fast as the reference"] for v in variants if v["variant"] == name and v["n"] == 1_000_000
         }
-        parts.append(f"{name.replace('_', ' ')} {' / '.join(f'{of[form]:.2f}' for form in COLLISIONS)}")
-    return "; ".join(parts) + f" ({' / '.join(FORMS[form] for form in COLLISIONS)})"
+        parts.append(f"{name.replace('_', ' ')} {' / '.join(f'{of[form]:.2f}' for form in forms)}")
+    return "; ".join(parts) + f" ({' / '.join(FORMS[form] for form in forms)})"
 
 
 def latencies(found: dict[Key, Entry], threads: int) -> str:
     parts = []
     for form in COLLISIONS:
-        own, other = (found[form, 1, threads, name] for name in ("collide", "NumPy"))
-        parts.append(f"{FORMS[form]} {1e6 / own.rate:.1f} us, NumPy's expression {1e6 / other.rate:.1f}")
+        own, other = (found.get((form, 1, threads, name)) for name in ("collide", "NumPy"))
+        if own and other:
+            parts.append(f"{FORMS[form]} {1e6 / own.rate:.1f} us, NumPy's expression {1e6 / other.rate:.1f}")
     return "; ".join(parts)
 
 

@@ -8,8 +8,15 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-FORMS = {"1d": "on a line", "2d": "in the plane", "polar": "polar form", "impact": "time of impact"}
-COLLISIONS = ("1d", "2d", "polar")
+FORMS = {
+    "1d": "on a line",
+    "2d": "in the plane",
+    "3d": "in space",
+    "polar": "polar form",
+    "impact": "time of impact",
+    "impact_3d": "time of impact in space",
+}
+COLLISIONS = ("1d", "2d", "3d", "polar")
 # Name in the data: name in the table, name in the pictures, colour, marker.
 CONTESTANTS = {
     "bytes only": ("the memory limit: the same bytes, nothing computed", "the memory limit", "#8b949e", ""),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cases import FORMS, make_case
+from cases import FORMS, IMPACTS, make_case
 from contestants import BATCHES, entered, itself
 from rounds import calls_a_round
 
@@ -44,6 +44,6 @@ def same_answers(contestant, case):
         for u in case.out:
             u.fill(np.nan)
         # Times of impact by the textbook's discriminant lose half of their digits near a graze.
-        got, tolerance = contestant(), 1e-6 if case.form == "impact" else 1e-12
+        got, tolerance = contestant(), 1e-6 if case.form in IMPACTS else 1e-12
     for u, w in zip(got, want, strict=True):
         np.testing.assert_allclose(u, w, rtol=tolerance, atol=20 * tolerance)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from calls import WAYS
-from cases import make_case
+from calls import WAYS, make
 from rounds import calls_a_round
 
 SIZES = [1, 100, 10_000, 1_000_000, 10_000_000]
@@ -14,7 +13,6 @@ SIZES = [1, 100, 10_000, 1_000_000, 10_000_000]
 @pytest.mark.parametrize("n", SIZES)
 @pytest.mark.parametrize("way", WAYS)
 def test_call(race, benchmark, way, n, by):
-    case = make_case("2d", n)
-    calls = WAYS[way](case)
+    calls = make(way, n)
     benchmark.group = f"calls: {way}, {n:,} pairs"
     race(getattr(calls, by), calls.collide, calls_a_round(n), 15, way=way, n=n, by=by)

@@ -8,6 +8,7 @@ from cases import make_case
 from contestants import itself
 from contestants.itself import FUNCTIONS
 from rounds import calls_a_round
+from saved import COLLISIONS
 
 
 def float32(case):
@@ -51,7 +52,7 @@ VARIANTS = [float32, scalar_masses, allocating, in_place, strided, approaching_o
 
 
 @pytest.mark.parametrize("variant", VARIANTS, ids=lambda variant: variant.__name__)
-@pytest.mark.parametrize("form", ["1d", "2d", "polar"])
+@pytest.mark.parametrize("form", COLLISIONS)
 @pytest.mark.parametrize("n", [10_000, 1_000_000])
 def test_variant(race, benchmark, n, form, variant):
     case = make_case(form, n)

@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from cases import Array, Call, Case
+from cases import IMPACTS, Array, Call, Case
 
 from .missing import MissingError
 
@@ -33,7 +33,7 @@ def _library() -> ctypes.CDLL:
 
 
 def batch(case: Case) -> Call:
-    if case.form == "impact":
+    if case.form in IMPACTS:
         raise MissingError("measured on collisions only")
     function = getattr(_library(), f"resolve_{case.form}")
     pointers = [ctypes.c_void_p(a.ctypes.data) for a in (*case.columns, *case.out)]

@@ -13,8 +13,10 @@ import collide
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     "1d": collide.resolve_1d,
     "2d": collide.resolve_2d,
+    "3d": collide.resolve_3d,
     "polar": collide.resolve_polar,
     "impact": collide.time_of_impact,
+    "impact_3d": collide.time_of_impact_3d,
 }
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from cases import Call, Case
 
 from .missing import collisions_on_all_threads_only, peer
-from .numpy_expression import line, plane
+from .numpy_expression import line, plane, space
 
 
 def batch(case: Case) -> Call:
@@ -25,6 +25,6 @@ def batch(case: Case) -> Call:
         ax, ay, bx, by = v1 * jnp.cos(theta1), v1 * jnp.sin(theta1), v2 * jnp.cos(theta2), v2 * jnp.sin(theta2)
         return plane(m1, m2, ax, ay, bx, by, jnp.cos(phi), jnp.sin(phi))
 
-    function = jax.jit({"1d": line, "2d": plane, "polar": plane_from_polar}[case.form])
+    function = jax.jit({"1d": line, "2d": plane, "3d": space, "polar": plane_from_polar}[case.form])
     inputs = [jax.device_put(c) for c in case.columns]
     return lambda: jax.block_until_ready(function(*inputs))

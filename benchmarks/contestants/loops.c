@@ -30,6 +30,22 @@ void resolve_2d(long n, int threads, IN m1, IN m2, IN v1x, IN v1y, IN v2x, IN v2
     }
 }
 
+void resolve_3d(long n, int threads, IN m1, IN m2, IN v1x, IN v1y, IN v1z, IN v2x, IN v2y, IN v2z,
+                IN nx, IN ny, IN nz, OUT u1x, OUT u1y, OUT u1z, OUT u2x, OUT u2y, OUT u2z)
+{
+    EACH_PAIR {
+        double closing = (v1x[k] - v2x[k]) * nx[k] + (v1y[k] - v2y[k]) * ny[k] + (v1z[k] - v2z[k]) * nz[k];
+        double q = 2.0 * closing / ((m1[k] + m2[k]) * (nx[k] * nx[k] + ny[k] * ny[k] + nz[k] * nz[k]));
+        double j1 = m2[k] * q, j2 = m1[k] * q;
+        u1x[k] = v1x[k] - j1 * nx[k];
+        u1y[k] = v1y[k] - j1 * ny[k];
+        u1z[k] = v1z[k] - j1 * nz[k];
+        u2x[k] = v2x[k] + j2 * nx[k];
+        u2y[k] = v2y[k] + j2 * ny[k];
+        u2z[k] = v2z[k] + j2 * nz[k];
+    }
+}
+
 void resolve_polar(long n, int threads, IN m1, IN m2, IN v1, IN theta1, IN v2, IN theta2, IN phi,
                 OUT u1x, OUT u1y, OUT u2x, OUT u2y)
 {

@@ -6,7 +6,7 @@ cut into shares, and in their stores; then the difference to collide would be mo
 
 from __future__ import annotations
 
-from cases import Call, Case
+from cases import IMPACTS, Call, Case
 
 from collide._cli.limit import LIMITS
 from collide._pairs.execution import call
@@ -14,5 +14,5 @@ from collide._pairs.execution import call
 
 def batch(case: Case) -> Call:
     form = LIMITS[case.form]
-    columns = case.columns if case.form == "impact" else (*case.columns, 1.0)
+    columns = case.columns if case.form in IMPACTS else (*case.columns, 1.0)
     return lambda: call(form, columns, False, "raise", case.out)

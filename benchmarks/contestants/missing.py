@@ -7,7 +7,7 @@ import warnings
 from typing import Any
 
 import numba
-from cases import Case
+from cases import IMPACTS, Case
 
 
 class MissingError(Exception):
@@ -25,7 +25,7 @@ def peer(name: str) -> Any:
 
 
 def collisions_on_all_threads_only(case: Case) -> None:
-    if case.form == "impact":
+    if case.form in IMPACTS:
         raise MissingError("measured on collisions only")
     if case.threads < numba.config.NUMBA_NUM_THREADS:
         raise MissingError("measured on all threads only")

@@ -11,6 +11,10 @@ from .missing import collisions_on_all_threads_only, peer
 RESULTS = {
     "1d": ["v1 - m2 * (2 * (v1 - v2) / (m1 + m2))", "v2 + m1 * (2 * (v1 - v2) / (m1 + m2))"],
     "2d": ["v1x - m2 * q * nx", "v1y - m2 * q * ny", "v2x + m1 * q * nx", "v2y + m1 * q * ny"],
+    "3d": [
+        *("v1x - m2 * q * nx", "v1y - m2 * q * ny", "v1z - m2 * q * nz"),
+        *("v2x + m1 * q * nx", "v2y + m1 * q * ny", "v2z + m1 * q * nz"),
+    ],
     "polar": [
         "v1 * cos(theta1) - m2 * q * cos(phi)",
         "v1 * sin(theta1) - m2 * q * sin(phi)",
@@ -20,11 +24,13 @@ RESULTS = {
 }
 FACTOR = {
     "2d": "2 * ((v1x - v2x) * nx + (v1y - v2y) * ny) / ((m1 + m2) * (nx * nx + ny * ny))",
+    "3d": "2 * ((v1x - v2x) * nx + (v1y - v2y) * ny + (v1z - v2z) * nz) / ((m1 + m2) * (nx * nx + ny * ny + nz * nz))",
     "polar": "2 * (v1 * cos(theta1 - phi) - v2 * cos(theta2 - phi)) / (m1 + m2)",
 }
 NAMES = {
     "1d": ["m1", "m2", "v1", "v2"],
     "2d": ["m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny"],
+    "3d": ["m1", "m2", "v1x", "v1y", "v1z", "v2x", "v2y", "v2z", "nx", "ny", "nz"],
     "polar": ["m1", "m2", "v1", "theta1", "v2", "theta2", "phi"],
 }
 

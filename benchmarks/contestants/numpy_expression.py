@@ -18,6 +18,15 @@ def plane(m1: Any, m2: Any, v1x: Any, v1y: Any, v2x: Any, v2y: Any, nx: Any, ny:
     return v1x - m2 * q * nx, v1y - m2 * q * ny, v2x + m1 * q * nx, v2y + m1 * q * ny
 
 
+def space(
+    m1: Any, m2: Any, v1x: Any, v1y: Any, v1z: Any, v2x: Any, v2y: Any, v2z: Any, nx: Any, ny: Any, nz: Any
+) -> Any:
+    closing = (v1x - v2x) * nx + (v1y - v2y) * ny + (v1z - v2z) * nz
+    q = 2.0 * closing / ((m1 + m2) * (nx * nx + ny * ny + nz * nz))
+    j1, j2 = m2 * q, m1 * q
+    return v1x - j1 * nx, v1y - j1 * ny, v1z - j1 * nz, v2x + j2 * nx, v2y + j2 * ny, v2z + j2 * nz
+
+
 def rows(m1: Any, m2: Any, v1: Any, v2: Any, n: Any) -> Any:
     q = 2.0 * ((v1 - v2) * n).sum(axis=-1) / ((m1 + m2) * (n * n).sum(axis=-1))
     return v1 - (m2 * q)[:, None] * n, v2 + (m1 * q)[:, None] * n
@@ -40,13 +49,22 @@ def polar(m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any
 
 def impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any) -> Any:
     """The textbook's discriminant, which loses near a graze what collide keeps."""
-    b, square = dx * dvx + dy * dvy, dvx * dvx + dvy * dvy
-    gap = dx * dx + dy * dy - distance * distance
+    square = dvx * dvx + dvy * dvy
+    return _first_root(dx * dvx + dy * dvy, square, dx * dx + dy * dy - distance * distance)
+
+
+def impact_3d(dx: Any, dy: Any, dz: Any, dvx: Any, dvy: Any, dvz: Any, distance: Any) -> Any:
+    square = dvx * dvx + dvy * dvy + dvz * dvz
+    return _first_root(dx * dvx + dy * dvy + dz * dvz, square, dx * dx + dy * dy + dz * dz - distance * distance)
+
+
+def _first_root(b: Any, square: Any, gap: Any) -> Any:
     under = b * b - square * gap
     t = (-b - np.sqrt(np.maximum(under, 0.0))) / square
     return (np.where((b < 0.0) & (under >= 0.0), np.maximum(t, 0.0), np.inf),)
 
 
 def batch(case: Case) -> Call:
-    function = {"1d": line, "2d": plane, "polar": polar, "impact": impact}[case.form]
+    functions = {"1d": line, "2d": plane, "3d": space, "polar": polar, "impact": impact, "impact_3d": impact_3d}
+    function = functions[case.form]
     return lambda: function(*case.columns)

@@ -30,6 +30,17 @@ def plane(m1, m2, v1x, v1y, v2x, v2y, nx, ny, u1x, u1y, u2x, u2y):
 
 
 @numba.njit(**OPTIONS)
+def space(m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, nz, u1x, u1y, u1z, u2x, u2y, u2z):
+    for k in numba.prange(m1.size):
+        dx, dy, dz = nx[k], ny[k], nz[k]
+        closing = (v1x[k] - v2x[k]) * dx + (v1y[k] - v2y[k]) * dy + (v1z[k] - v2z[k]) * dz
+        q = 2.0 * closing / ((m1[k] + m2[k]) * (dx * dx + dy * dy + dz * dz))
+        j1, j2 = m2[k] * q, m1[k] * q
+        u1x[k], u1y[k], u1z[k] = v1x[k] - j1 * dx, v1y[k] - j1 * dy, v1z[k] - j1 * dz
+        u2x[k], u2y[k], u2z[k] = v2x[k] + j2 * dx, v2y[k] + j2 * dy, v2z[k] + j2 * dz
+
+
+@numba.njit(**OPTIONS)
 def rows(m1, m2, v1, v2, n, u1, u2):
     for k in numba.prange(m1.size):
         dx, dy = n[k, 0], n[k, 1]
@@ -38,6 +49,18 @@ def rows(m1, m2, v1, v2, n, u1, u2):
         j1, j2 = m2[k] * q, m1[k] * q
         u1[k, 0], u1[k, 1] = ax - j1 * dx, ay - j1 * dy
         u2[k, 0], u2[k, 1] = bx + j2 * dx, by + j2 * dy
+
+
+@numba.njit(**OPTIONS)
+def rows_of_three(m1, m2, v1, v2, n, u1, u2):
+    for k in numba.prange(m1.size):
+        dx, dy, dz = n[k, 0], n[k, 1], n[k, 2]
+        ax, ay, az, bx, by, bz = v1[k, 0], v1[k, 1], v1[k, 2], v2[k, 0], v2[k, 1], v2[k, 2]
+        closing = (ax - bx) * dx + (ay - by) * dy + (az - bz) * dz
+        q = 2.0 * closing / ((m1[k] + m2[k]) * (dx * dx + dy * dy + dz * dz))
+        j1, j2 = m2[k] * q, m1[k] * q
+        u1[k, 0], u1[k, 1], u1[k, 2] = ax - j1 * dx, ay - j1 * dy, az - j1 * dz
+        u2[k, 0], u2[k, 1], u2[k, 2] = bx + j2 * dx, by + j2 * dy, bz + j2 * dz
 
 
 @numba.njit(**OPTIONS)
@@ -62,8 +85,21 @@ def impact(dx, dy, dvx, dvy, distance, t):
             t[k] = max(0.0, (-b - np.sqrt(under)) / square)
 
 
+@numba.njit(**OPTIONS)
+def impact_3d(dx, dy, dz, dvx, dvy, dvz, distance, t):
+    for k in numba.prange(t.size):
+        b = dx[k] * dvx[k] + dy[k] * dvy[k] + dz[k] * dvz[k]
+        square = dvx[k] * dvx[k] + dvy[k] * dvy[k] + dvz[k] * dvz[k]
+        gap = dx[k] * dx[k] + dy[k] * dy[k] + dz[k] * dz[k] - distance[k] * distance[k]
+        under = b * b - square * gap
+        t[k] = np.inf
+        if b < 0.0 and under >= 0.0:
+            t[k] = max(0.0, (-b - np.sqrt(under)) / square)
+
+
 def batch(case: Case) -> Call:
-    return on_threads({"1d": line, "2d": plane, "polar": polar, "impact": impact}[case.form], case)
+    functions = {"1d": line, "2d": plane, "3d": space, "polar": polar, "impact": impact, "impact_3d": impact_3d}
+    return on_threads(functions[case.form], case)
 
 
 def on_threads(function: Any, case: Case) -> Call:

@@ -8,7 +8,7 @@ from cases import Array, Call, Case
 
 import collide
 
-from .missing import collisions_on_all_threads_only, peer
+from .missing import MissingError, collisions_on_all_threads_only, peer
 
 
 @functools.cache
@@ -76,6 +76,8 @@ def _kernels() -> dict[str, Callable[..., Any]]:
 
 def batch(case: Case) -> Call:
     collisions_on_all_threads_only(case)
+    if case.form == "3d":
+        raise MissingError("measured on a line and in the plane only")
     kernel = _kernels()[case.form]
 
     def call() -> Sequence[Array]:

@@ -20,14 +20,19 @@ BOUNDS = [
     ("2d", LARGE, False, "bytes only", 0.85, 21),
     ("2d", LARGE, False, "prange, same formula", 1.15, 21),
     ("2d", LARGE, False, "NumPy", 8.0, 9),
+    ("3d", LARGE, False, "bytes only", 0.85, 21),
     ("polar", LARGE, False, "bytes only", 0.50, 21),
     ("polar", LARGE, False, "prange", 8.0, 9),
     ("polar", LARGE, False, "NumPy", 60.0, 6),
     ("2d", 10_000, True, "prange, same formula", 0.80, 60),
+    ("3d", 100_000, True, "prange", 0.75, 60),
     ("2d", 1, False, "NumPy", 1.0, 60),
+    ("3d", 1, False, "NumPy", 2.0, 60),
     ("impact", 10_000, True, "prange", 0.75, 60),
     ("impact", 100_000, True, "prange", 0.75, 60),
     ("impact", 1_000_000, True, "prange", 0.75, 30),
+    ("impact_3d", 100_000, True, "prange", 0.55, 60),
+    ("impact_3d", 10_000_000, False, "bytes only", 0.80, 15),
 ]
 
 
