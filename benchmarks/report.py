@@ -87,8 +87,8 @@ def calls(data: dict[str, Any]) -> list[str]:
     took = {(i["way"], i["n"]): i["median"] for i in infos if i["by"] == "collide"}
     lines = [
         *wrapped(
-            f"The calls that people make, of pairs in the plane{space}: what one takes, and how many times as fast it is "
-            "as a loop of Numba's prange that its user would write over the same arrays, and as NumPy's expression:"
+            f"The calls that people make, of pairs in the plane{space}: what one takes, and how many times as fast it "
+            "is as a loop of Numba's prange that its user would write over the same arrays, and as NumPy's expression:"
         ),
         "",
         "| | " + " | ".join(f"{n:,} pair{'s' * (n > 1)}" for n in sizes) + " |",

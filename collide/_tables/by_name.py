@@ -102,7 +102,7 @@ def _form_of(names: Sequence[str], called: Mapping[str, str], among: Mapping[str
     }
     meant = [key for key in among if set(called) <= {*among[key].columns, *among[key].outputs}]
     complete = [key for key in meant if not missing[key]]
-    # Where a column is there that only the larger of two forms has, and it was not named for another, that one is meant:
+    # Where a column is there that only the larger of two forms has, and was not named for another, that one is meant:
     # pairs in space whose nz is misspelt have all columns of the plane, and in polar form without phi all of the line.
     own = {key: there[key] - {*called.values()} for key in meant}
     chosen = [key for key in complete if not any(columns[key] < columns[g] and own[g] - columns[key] for g in meant)]

@@ -1,20 +1,26 @@
-"""Arguments for the collision in the plane, and the textbook's vector form of it in NumPy."""
+"""Arguments for the collision in the plane or in space, and the textbook's vector form of it in NumPy."""
 
 import numpy as np
 
+import collide
+
+RESOLVE = {2: collide.resolve_2d, 3: collide.resolve_3d}  # by the number of dimensions
 SMALL, LARGE = 37, 20_011  # below and above what is copied rather than looked at for overlap; several blocks
 
 
-def columns(n, seed=0):
+def columns(n, seed=0, d=2):
     rng = np.random.default_rng(seed)
-    return [rng.uniform(0.1, 5, n) for _ in range(2)] + [rng.uniform(-5, 5, n) for _ in range(6)]
+    return [rng.uniform(0.1, 5, n) for _ in range(2)] + [rng.uniform(-5, 5, n) for _ in range(3 * d)]
 
 
 def reference(*c, e=1.0):
     """The textbook's vector form in NumPy."""
-    m1, m2, v1x, v1y, v2x, v2y, nx, ny = (np.asarray(x, np.float64) for x in c)
-    q = (1 + e) * ((v1x - v2x) * nx + (v1y - v2y) * ny) / ((m1 + m2) * (nx * nx + ny * ny))
-    return v1x - m2 * q * nx, v1y - m2 * q * ny, v2x + m1 * q * nx, v2y + m1 * q * ny
+    m1, m2, *components = (np.asarray(x, np.float64) for x in c)
+    d = len(components) // 3
+    v1, v2, normal = components[:d], components[d : 2 * d], components[2 * d :]
+    closing = sum((a - b) * n for a, b, n in zip(v1, v2, normal, strict=True))
+    q = (1 + e) * closing / ((m1 + m2) * sum(n * n for n in normal))
+    return tuple(v + m * q * n for vs, m in ((v1, -m2), (v2, m1)) for v, n in zip(vs, normal, strict=True))
 
 
 def check(got, want, dtype=np.float64, rtol=1e-12):

@@ -5,13 +5,14 @@ import pandas as pd
 import pytest
 
 import collide
-from tests.helpers.textbook import LARGE, SMALL, check, columns, reference
+from tests.helpers.textbook import LARGE, RESOLVE, SMALL, check, columns, reference
 
 
+@pytest.mark.parametrize("d", RESOLVE)
 @pytest.mark.parametrize("n", [SMALL, LARGE])
-def test_arrays_of_one_shape(n):
-    c = columns(n)
-    check(collide.resolve_2d(*c), reference(*c))
+def test_arrays_of_one_shape(n, d):
+    c = columns(n, d=d)
+    check(RESOLVE[d](*c), reference(*c))
 
 
 @pytest.mark.parametrize("n", [SMALL, LARGE])
@@ -23,11 +24,12 @@ def test_scalars_among_arrays(n, scalar):
         check(collide.resolve_2d(*mixed), reference(*(np.broadcast_to(x, n) for x in mixed)))
 
 
+@pytest.mark.parametrize("d", RESOLVE)
 @pytest.mark.parametrize("shapes", [((3, 1), (1, 4)), ((2, 3, 4), (4,)), ((5, 1, 1), (2, 1), (3,)), ((1, 1), (7,))])
-def test_broadcasting(shapes):
+def test_broadcasting(shapes, d):
     rng = np.random.default_rng(1)
-    c = [rng.uniform(0.1, 5, shapes[i % len(shapes)]) for i in range(8)]
-    check(collide.resolve_2d(*c), reference(*c))
+    c = [rng.uniform(0.1, 5, shapes[i % len(shapes)]) for i in range(2 + 3 * d)]
+    check(RESOLVE[d](*c), reference(*c))
 
 
 def test_broadcasting_of_large_arrays():
@@ -133,12 +135,13 @@ def test_lists_and_series():
     check(collide.resolve_2d(*(table[i] for i in table)), reference(*c))
 
 
+@pytest.mark.parametrize("d", RESOLVE)
 @pytest.mark.parametrize("n", [SMALL, LARGE])
 @pytest.mark.parametrize("e", [0.0, 0.5, 2.0, "array"])
-def test_restitution(n, e):
-    c = columns(n)
+def test_restitution(n, e, d):
+    c = columns(n, d=d)
     e = np.random.default_rng(2).random(n) if e == "array" else e
-    check(collide.resolve_2d(*c, restitution=e), reference(*c, e=e))
+    check(RESOLVE[d](*c, restitution=e), reference(*c, e=e))
 
 
 def test_inputs_are_not_touched():
@@ -191,12 +194,12 @@ def test_errors(change, error, message):
     np.testing.assert_array_equal(ONE, 1)
 
 
-@pytest.mark.parametrize("name", ["resolve_1d", "resolve_2d", "resolve_polar"])
+@pytest.mark.parametrize("name", ["resolve_1d", "resolve_2d", "resolve_3d", "resolve_polar"])
 def test_missing_and_surplus_arguments(name):
     with pytest.raises(TypeError, match="missing"):
         getattr(collide, name)(1.0)
     with pytest.raises(TypeError, match="positional"):
-        getattr(collide, name)(*[1.0] * 10)
+        getattr(collide, name)(*[1.0] * 12)
 
 
 def test_a_message_stays_short_whatever_the_value():

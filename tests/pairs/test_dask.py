@@ -20,16 +20,19 @@ from collide._compile import team
 N = 10_000
 RNG = np.random.default_rng(0)
 MASSES, VELOCITIES, NORMALS = RNG.uniform(0.5, 2.0, (2, N)), RNG.normal(size=(4, N)), RNG.normal(size=(2, N))
-PLANE = (*MASSES, *VELOCITIES, *NORMALS)
+PLANE, SPACE = (*MASSES, *VELOCITIES, *NORMALS), (*MASSES, *RNG.normal(size=(9, N)))
 CALLS = {
     "resolve_1d": (*MASSES, *VELOCITIES[:2]),
     "resolve_2d": PLANE,
+    "resolve_3d": SPACE,
     "resolve_polar": (*MASSES, *VELOCITIES, NORMALS[0]),
     "impulse_2d": PLANE,
+    "impulse_3d": SPACE,
     "time_of_impact": (*VELOCITIES, MASSES[0]),
+    "time_of_impact_3d": (*SPACE[2:8], MASSES[0]),
 }
-OTHER_CALLS = "resolve_1d", "resolve_polar", "impulse_2d"
-N_OUTPUTS = {"resolve_1d": 2, "resolve_2d": 4, "resolve_polar": 4, "impulse_2d": 1, "time_of_impact": 1}
+IN_ANY_CASE = "resolve_2d", "time_of_impact_3d"
+N_OUTPUTS = {"resolve_1d": 2, "resolve_2d": 4, "resolve_3d": 6, "resolve_polar": 4}
 
 
 def several(u):
@@ -57,7 +60,7 @@ def test_the_bits_are_those_of_the_batch_function(name, calls):
     calls.clear()
     lazy = several(getattr(collide.dask, name)(*(da.from_array(c, chunks=3000) for c in CALLS[name])))
     assert calls == []  # nothing is computed yet
-    assert len(lazy) == N_OUTPUTS[name]
+    assert len(lazy) == N_OUTPUTS.get(name, 1)
     for u, got, right in zip(lazy, dask.compute(*lazy), expected, strict=True):
         assert (u.shape, u.dtype, u.chunks) == (right.shape, right.dtype, ((3000, 3000, 3000, 1000),))
         np.testing.assert_array_equal(got, right, strict=True)
@@ -141,7 +144,7 @@ NUMBERS = {
 
 @pytest.mark.parametrize(
     "name",
-    ["resolve_2d", "time_of_impact", *(pytest.param(name, marks=pytest.mark.campaign) for name in OTHER_CALLS)],
+    [pytest.param(name, marks=() if name in IN_ANY_CASE else pytest.mark.campaign) for name in CALLS],
 )
 def test_numbers_only_give_the_very_results_of_the_batch_function(name):
     """Whichever of them decides on the dtype: none is rounded to it before."""
@@ -215,7 +218,7 @@ def test_options(name):
     columns[0][[3, 4]] = np.nan
     lazy = [da.from_array(c, chunks=77) for c in columns]
     cases = [{"invalid": "nan"}]
-    if name != "time_of_impact":
+    if not name.startswith("time_of_impact"):
         e = RNG.uniform(0.0, 1.0, 500)
         cases += [{"approaching_only": True}, {"restitution": 0.5}, {"restitution": e}]
     for options in cases:
@@ -351,14 +354,19 @@ def test_the_arguments_are_those_of_the_batch_function(name):
     ]
 
 
-def test_vectors_have_the_chunks_of_the_arguments():
-    v1 = np.random.default_rng(0).normal(size=(6, 2))
+@pytest.mark.parametrize("d", [2, 3])
+def test_vectors_have_the_chunks_of_the_arguments(d):
+    v1, n = np.random.default_rng(0).normal(size=(6, d)), np.arange(1.0, d + 1)
     rows = da.from_array(v1, chunks=(3, 1))
-    u = collide.dask.resolve(1.0, 2.0, rows, [0.0, 0.0], [1.0, 0.5])
-    assert u.u1.chunks == u.u2.chunks == ((3, 3), (2,))
-    for got, want in zip(u, collide.resolve(1.0, 2.0, v1, [0.0, 0.0], [1.0, 0.5]), strict=True):
+    u = collide.dask.resolve(1.0, 2.0, rows, 0.0 * n, n)
+    assert u.u1.chunks == u.u2.chunks == ((3, 3), (d,))
+    for got, want in zip(u, collide.resolve(1.0, 2.0, v1, 0.0 * n, n), strict=True):
         np.testing.assert_array_equal(got.compute(), want)
-    with pytest.raises(ValueError, match=r"^v1 has shape \(6, 3\): its last axis must have length 2"):
-        collide.dask.resolve(1.0, 2.0, da.ones((6, 3)), [0.0, 0.0], [1.0, 0.5])
-    with pytest.raises(ValueError, match=r"^n has shape \(\): its last axis must have length 2"):
-        collide.dask.resolve(1.0, 2.0, rows, [0.0, 0.0], 1.0)
+    with pytest.raises(ValueError, match=r"^v1 has shape \(6, 4\): its last axis must have length 2 or 3"):
+        collide.dask.resolve(1.0, 2.0, da.ones((6, 4)), 0.0 * n, n)
+    with pytest.raises(
+        ValueError, match=rf"^v2 has shape \({5 - d},\): its last axis must have length {d}, as that of v1"
+    ):
+        collide.dask.resolve(1.0, 2.0, rows, np.zeros(5 - d), n)
+    with pytest.raises(ValueError, match=r"^n has shape \(\): its last axis must have length 2 or 3"):
+        collide.dask.resolve(1.0, 2.0, rows, 0.0 * n, 1.0)

@@ -25,15 +25,20 @@ GOOD = {
     "v1y": [0.0, 1.0, 0.0],
     "v2x": [-1.0, 0.0, 1.0],
     "v2y": [1.0, 2.0, 0.0],
+    "v1z": [1.0, 0.0, 2.0],
+    "v2z": [0.0, -1.0, 1.0],
     "nx": [1.0, 2.0, 1.0],
     "ny": [0.0, 1.0, 3.0],
+    "nz": [2.0, 0.0, 1.0],
     "theta1": [0.0, 1.0, 2.0],
     "theta2": [3.0, 2.0, 1.0],
     "phi": [0.0, 1.0, 6.0],
     "dx": [5.0, 3.0, 4.0],
     "dy": [0.0, 1.0, 2.0],
+    "dz": [0.0, 2.0, 1.0],
     "dvx": [-1.0, -2.0, 1.0],
     "dvy": [0.0, -1.0, 0.0],
+    "dvz": [0.0, -2.0, 1.0],
     "distance": [2.0, 1.0, 1.0],
     "restitution": [1.0, 0.0, 1.0],
     "x": [0.0, 1.0, 3.0],
@@ -44,12 +49,16 @@ GOOD = {
     "j": [1, 2, 2],
 }
 PLANE = ["m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny", "restitution"]
+SPACE = ["m1", "m2", "v1x", "v1y", "v1z", "v2x", "v2y", "v2z", "nx", "ny", "nz", "restitution"]
 FUNCTIONS = {
     "resolve_1d": ["m1", "m2", "v1", "v2", "restitution"],
     "resolve_2d": PLANE,
+    "resolve_3d": SPACE,
     "resolve_polar": ["m1", "m2", "v1", "theta1", "v2", "theta2", "phi", "restitution"],
     "impulse_2d": PLANE,
+    "impulse_3d": SPACE,
     "time_of_impact": ["dx", "dy", "dvx", "dvy", "distance"],
+    "time_of_impact_3d": ["dx", "dy", "dz", "dvx", "dvy", "dvz", "distance"],
     "find_contacts": ["x", "y", "radius"],
     "resolve_contacts": ["i", "j", "m", "x", "y", "restitution"],
 }
@@ -374,7 +383,7 @@ def test_outputs_that_cannot_be_written_to(function, make, error, message):
             assert (u == 9.0).all()
 
 
-@pytest.mark.parametrize("function", [f for f in BATCHES if f not in ("impulse_2d", "time_of_impact")])
+@pytest.mark.parametrize("function", [f for f in BATCHES if f.startswith("resolve")])
 @pytest.mark.parametrize("shift", [0, 1])
 def test_outputs_that_share_memory(function, shift):
     values = good(function)

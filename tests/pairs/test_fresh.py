@@ -67,19 +67,23 @@ def test_a_result_is_an_array_like_any_other():
 
 
 @pytest.mark.fast
-def test_what_dies_is_handed_out_again():
+@pytest.mark.parametrize(("function", "d"), [(collide.resolve_2d, 2), (collide.resolve_3d, 3)])
+def test_what_dies_is_handed_out_again(function, d):
+    def results():
+        return function(*np.ones((3 * d, N)), 1.0, 0.0)
+
     def pages():
-        return {a.ctypes.data // 4096 for a in collide.resolve_2d(*np.ones((6, N)), 1.0, 0.0)}
+        return {a.ctypes.data // 4096 for a in results()}
 
     def near(pages, others):
         return all(any(abs(page - other) <= 1 for other in others) for page in pages)
 
     first, second = pages(), pages()
-    assert held()[0] == 4 and near(second, first)
-    u = collide.resolve_2d(*np.ones((6, N)), 1.0, 0.0)
+    assert held()[0] == 2 * d and near(second, first)
+    u = results()
     assert held()[0] == 0
     del u
-    assert held()[0] == 4
+    assert held()[0] == 2 * d
 
 
 HOLDERS = {

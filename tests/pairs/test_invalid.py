@@ -13,6 +13,7 @@ NAN, INF = np.nan, np.inf
 GOOD = {
     "resolve_1d": dict(m1=1.0, m2=2.0, v1=3.0, v2=-1.0),
     "resolve_2d": dict(m1=1.0, m2=2.0, v1x=3.0, v1y=0.5, v2x=-1.0, v2y=0.25, nx=1.0, ny=1.0),
+    "resolve_3d": dict(m1=1.0, m2=2.0, v1x=3.0, v1y=0.5, v1z=2.0, v2x=-1.0, v2y=0.25, v2z=0.5, nx=1.0, ny=1.0, nz=1.0),
     "resolve_polar": dict(m1=1.0, m2=2.0, v1=3.0, theta1=0.5, v2=1.0, theta2=3.0, phi=0.25),
 }
 EVERYWHERE = [
@@ -39,8 +40,10 @@ CASES = [
         for bad in (NAN, INF, -INF)
     ),
     ("resolve_2d", dict(nx=0.0, ny=-0.0), "nx = ny = 0"),
+    ("resolve_3d", dict(nx=0.0, ny=-0.0, nz=0.0), "nx = ny = nz = 0"),
     ("resolve_1d", dict(v1=1.7e308, v2=-1.7e308), "too large for the dtype"),
     ("resolve_2d", dict(v1x=1.7e308, v2x=-1.7e308), "too large for the dtype"),
+    ("resolve_3d", dict(v1z=1.7e308, v2z=-1.7e308), "too large for the dtype"),
     ("resolve_1d", dict(restitution=1.7e308), "too large for the dtype"),
 ]
 PLACES = [0, 1, 7, 8, 12]  # of 13 pairs: first and last lane of a step, and its ragged end
@@ -60,7 +63,7 @@ def before(name, c):
                 *(c["v1"] * np.cos(c["theta1"]), c["v1"] * np.sin(c["theta1"])),
                 *(c["v2"] * np.cos(c["theta2"]), c["v2"] * np.sin(c["theta2"])),
             ]
-    return [c[key] for key in (("v1", "v2") if name == "resolve_1d" else ("v1x", "v1y", "v2x", "v2y"))]
+    return [c[key] for key in c if key.startswith("v")]
 
 
 @pytest.mark.fast
@@ -88,12 +91,10 @@ def test_every_rule_comes_before_approaching_only(name, bad, reason):
     if "too large" in reason:
         return  # a pair that is left alone has no result to be too large
     c = columns(name, bad, 5)
-    if name == "resolve_1d":
-        c["v1"], c["v2"] = c["v2"], c["v1"]
-    elif name == "resolve_2d":
-        c["v1x"], c["v2x"], c["v1y"], c["v2y"] = c["v2x"], c["v1x"], c["v2y"], c["v1y"]
-    else:
+    if name == "resolve_polar":
         c["phi"] += np.pi
+    else:
+        c |= {key: c[key.replace(*swap)] for swap in ("12", "21") for key in c if key.startswith(f"v{swap[0]}")}
     result = getattr(collide, name)(**c, approaching_only=True, invalid="nan")
     # Two immovable balls that do not approach are skipped; everything else is an error even then.
     assert np.isnan(result[0][5]) == (reason != "m1 = m2 = inf")
@@ -186,7 +187,7 @@ NASTY = np.array([0.0, -0.0, 5e-324, 2e-308, 1e-200, 0.5, 1.0, -1.0, 3.0, *LARGE
 
 @pytest.mark.parametrize("approaching_only", [False, True])
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("name", ["resolve_1d", "resolve_2d"])
+@pytest.mark.parametrize("name", ["resolve_1d", "resolve_2d", "resolve_3d"])
 def test_nasty_numbers_side_by_side(name, dtype, approaching_only):
     """A pair is invalid where NumPy's run of the formula, and of the rules, says so: each lane judged on its own."""
     rng = np.random.default_rng(6)
@@ -201,9 +202,10 @@ def test_nasty_numbers_side_by_side(name, dtype, approaching_only):
         if name == "resolve_1d":
             v, closing = wide[2:4], wide[2] - wide[3]
         else:
-            v = wide[2:6]
-            n, square, _ = normal(tuple(wide[6:8]))
-            closing = dot((v[0] - v[2], v[1] - v[3]), n)
+            d = n_columns // 3
+            v = wide[2 : 2 + 2 * d]
+            n, square, _ = normal(tuple(wide[2 + 2 * d : -1]))
+            closing = dot(tuple(v[k] - v[d + k] for k in range(d)), n)
             valid &= (square > 0) & (square < INF)
         want = getattr(collide.scalar, name)(*wide)
         if approaching_only:
@@ -242,11 +244,16 @@ def test_the_reason_is_that_of_the_first_pair_whatever_shares_and_blocks_found_o
     assert info.value.count == 300
 
 
-@pytest.mark.parametrize("name", ["resolve_1d", "resolve_2d", "resolve_polar", "impulse_2d"])
+@pytest.mark.parametrize(
+    "name", ["resolve_1d", "resolve_2d", "resolve_3d", "resolve_polar", "impulse_2d", "impulse_3d"]
+)
 def test_two_immovable_balls_that_do_not_approach_are_left_alone(name):
     """As the docstrings say, on a line too."""
     function = getattr(collide, name)
-    between = {"resolve_1d": (0.0,), "resolve_polar": (0.0, 1.0, 0.0, 0.0)}.get(name, (0.0, 1.0, 0.0, 1.0, 0.0))
+    across = (0.0,) if name.endswith("2d") else (0.0, 0.0)
+    between = {"resolve_1d": (0.0,), "resolve_polar": (0.0, 1.0, 0.0, 0.0)}.get(
+        name, (*across, 1.0, *across, 1.0, *across)
+    )
     u = function([np.inf], [np.inf], [-1.0], *between, approaching_only=True)
     assert (u[0] if name.startswith("resolve") else u - 1.0) == [-1.0]
     for approaching_only, v in ((True, 2.0), (False, -1.0)):

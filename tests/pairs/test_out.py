@@ -7,18 +7,19 @@ import pytest
 from numpy.lib.stride_tricks import as_strided
 
 import collide
-from tests.helpers.textbook import LARGE, SMALL, check, columns, reference
+from tests.helpers.textbook import LARGE, RESOLVE, SMALL, check, columns, reference
 
 pytestmark = pytest.mark.fast
 
 
+@pytest.mark.parametrize("d", RESOLVE)
 @pytest.mark.parametrize("n", [1, SMALL, LARGE])
-def test_out(n):
-    c = columns(n)
-    out = tuple(np.empty(n) for _ in range(4))
-    got = collide.resolve_2d(*c, out=out)
+def test_out(n, d):
+    c = columns(n, d=d)
+    out = tuple(np.empty(n) for _ in range(2 * d))
+    got = RESOLVE[d](*c, out=out)
     assert all(u is o for u, o in zip(got, out, strict=True))
-    check(out, collide.resolve_2d(*c), rtol=0)
+    check(out, RESOLVE[d](*c), rtol=0)
 
 
 def test_out_of_an_earlier_result():
@@ -46,11 +47,14 @@ def test_out_of_other_layouts():
 
 
 @pytest.mark.parametrize("n", [SMALL, LARGE])
-@pytest.mark.parametrize("order", [(2, 3, 4, 5), (4, 5, 2, 3), (0, 7, 6, 1)])
+@pytest.mark.parametrize(
+    "order", [(2, 3, 4, 5), (4, 5, 2, 3), (0, 7, 6, 1), (2, 3, 4, 5, 6, 7), (5, 6, 7, 2, 3, 4), (0, 10, 2, 9, 8, 1)]
+)
 def test_in_place_in_any_order(n, order):
-    c = columns(n)
-    want = collide.resolve_2d(*c)
-    check(collide.resolve_2d(*c, out=tuple(c[i] for i in order)), want, rtol=0)
+    d = len(order) // 2
+    c = columns(n, d=d)
+    want = RESOLVE[d](*c)
+    check(RESOLVE[d](*c, out=tuple(c[i] for i in order)), want, rtol=0)
 
 
 @pytest.mark.parametrize("n", [SMALL, LARGE])

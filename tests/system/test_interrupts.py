@@ -300,6 +300,7 @@ for dtype, writable in itertools.product((np.float64, np.float32), (True, False)
     calls = [
         lambda: collide.resolve_1d(*arrays[:4]),
         lambda: collide.resolve_2d(*arrays),
+        lambda: collide.resolve_3d(*arrays, *arrays[:3]),
         lambda: collide.resolve_polar(*arrays[:7], invalid="keep", approaching_only=True),
         lambda: collide.time_of_impact(*arrays[:5]),
         lambda: collide.find_contacts(np.arange(100.0), np.arange(100.0), np.ones(100)),

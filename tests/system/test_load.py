@@ -31,11 +31,11 @@ def every(n):
 
     return [
         lambda: collide.resolve_1d(m1, m2, v1, v2, restitution=e),
-        lambda: collide.resolve_2d(m1, m2, v1, v1y, v2, v2y, nx, ny, approaching_only=True),
+        lambda: collide.resolve_3d(m1, m2, v1, v1y, e, v2, v2y, e, nx, ny, e, approaching_only=True),
         lambda: collide.resolve_2d(*(a.astype(np.float32) for a in (m1, m2, v1, v1y, v2, v2y, nx, ny))),
         lambda: collide.resolve_polar(m1, m2, v1, nx, v2, ny, 0.3),
-        lambda: [collide.impulse_2d(m1[::-1], m2, v1, v1y, v2, v2y, nx, ny)],
-        lambda: [collide.time_of_impact(x, y, v1, v2, 1.0)],
+        lambda: [collide.impulse_3d(m1[::-1], m2, v1, v1y, e, v2, v2y, e, nx, ny, e)],
+        lambda: [collide.time_of_impact_3d(x, y, e, v1, v2, e, 1.0)],
         lambda: collide.find_contacts(x, y, e),
         contacts,
     ]

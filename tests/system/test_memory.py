@@ -84,14 +84,15 @@ class Room:
 
 BATCHES = """
 rng = np.random.default_rng(0)
-regions = [guarded(3 * 70 * 8) for _ in range(13)]
+regions = [guarded(3 * 70 * 8) for _ in range(18)]
 FORMS = {
-    "resolve_1d": (5, 2), "resolve_2d": (9, 4), "resolve_polar": (8, 4), "impulse_2d": (9, 1), "time_of_impact": (5, 1)
+    "resolve_1d": (5, 2), "resolve_2d": (9, 4), "resolve_3d": (12, 6), "resolve_polar": (8, 4), "impulse_2d": (9, 1),
+    "time_of_impact": (5, 1), "time_of_impact_3d": (7, 1)
 }
 dtype = np.dtype(sys.argv[1])
 for name, (n_columns, n_outputs) in FORMS.items():
     print(name, flush=True)
-    function, impact = getattr(collide, name), name == "time_of_impact"
+    function, impact = getattr(collide, name), name.startswith("time")
     for n in range(71):
         columns = [rng.uniform(0.5, 2.0, n).astype(dtype) for _ in range(n_columns)]
         for scalar in (None, 0, n_columns - 1):
@@ -109,6 +110,17 @@ for name, (n_columns, n_outputs) in FORMS.items():
                     got = function(*arguments, **options, out=out if n_outputs > 1 else out[0])
                     for g, w in zip(got if n_outputs > 1 else [got], want if n_outputs > 1 else [want]):
                         np.testing.assert_array_equal(g, w)
+print("rows", flush=True)
+for d in (2, 3):
+    for n in range(71):
+        m1, m2 = rng.uniform(0.5, 2.0, (2, n)).astype(dtype)
+        rows = rng.uniform(0.5, 2.0, (3, n, d)).astype(dtype)
+        for place in (at_end, at_start):
+            v1, v2, normal, u1, u2 = (place(rows[k % 3].ravel(), regions[k]).reshape(n, d) for k in range(5))
+            want = collide.resolve(m1, m2, *rows)
+            for out in ((u1, u2), (v1, v2)):
+                for g, w in zip(collide.resolve(m1, m2, v1, v2, normal, out=out), want):
+                    np.testing.assert_array_equal(g, w)
 print("untouched")
 """
 
@@ -184,7 +196,7 @@ import numpy as np
 import collide
 
 rng = np.random.default_rng(0)
-c = rng.uniform(0.5, 2.0, (9, 5))
+c = rng.uniform(0.5, 2.0, (11, 5))
 x, y = rng.uniform(0, 5, (2, 5))
 vx, vy = rng.normal(size=(2, 5))
 out = tuple(np.empty(5) for _ in range(4))
@@ -194,7 +206,7 @@ def calls(times):
         collide.resolve_1d(*c[:4])
         collide.resolve_2d(*c[:8], out=out)
         collide.resolve_polar(*c[:7], restitution=0.5)
-        collide.impulse_2d(*c[:8], approaching_only=True)
+        collide.impulse_3d(*c, approaching_only=True)
         collide.time_of_impact(*c[:5])
         collide.resolve_2d(*c[:7], c[7].astype(np.float32), invalid="nan")
         i, j = collide.find_contacts(x, y, 1.0)

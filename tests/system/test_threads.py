@@ -27,6 +27,7 @@ def batch(form, n=SIZE):
     function, columns = {
         "1d": (collide.resolve_1d, 4),
         "2d": (collide.resolve_2d, 8),
+        "3d": (collide.resolve_3d, 11),
         "polar": (collide.resolve_polar, 7),
     }[form]
     arguments = [rng.uniform(0.5, 2.0, n) for _ in range(columns)]
@@ -58,7 +59,7 @@ def right():
 
 
 # The larger batch is one whose outputs stream past the caches.
-@pytest.mark.parametrize(("form", "n"), [("1d", SIZE), ("2d", SIZE), ("polar", SIZE), ("1d", 1_100_003)])
+@pytest.mark.parametrize(("form", "n"), [*((form, SIZE) for form in ("1d", "2d", "3d", "polar")), ("1d", 1_100_003)])
 def test_bits_do_not_depend_on_the_number_of_threads(form, n):
     function, arguments = batch(form, n)
     collide.set_num_threads(1)
