@@ -53,7 +53,7 @@ def pairs_in_space(n: int) -> list[Array]:
     return [*rng.uniform(0.1, 10.0, (2, n)), *rng.normal(0.0, 3.0, (6, n)), *normal]
 
 
-@functools.lru_cache(maxsize=1)  # 10^7 pairs take 1.9 GB with their results
+@functools.lru_cache(maxsize=1)  # 10^7 pairs take up to 2.5 GB with their results
 def arrays(form: str, n: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
     """Seeded pairs in one form, and arrays for their results."""
     columns: Sequence[Array]
