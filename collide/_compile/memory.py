@@ -87,10 +87,14 @@ class _Column:
         """Whether these are the other columns of the rows of which this is the first."""
         b, found = self._b, self.has_step(1 + len(others))
         for k, other in enumerate(others, 1):
-            place = b.add(b.ptrtoint(self._data, I64), ir.Constant(I64, k * self._item))
-            beside = b.icmp_signed("==", b.ptrtoint(other._data, I64), place)
+            place = b.add(self.start(), ir.Constant(I64, k * self._item))
+            beside = b.icmp_signed("==", other.start(), place)
             found = b.and_(found, b.and_(beside, other.has_step(1 + len(others))))
         return found
+
+    def start(self) -> Any:
+        """The address of the column's first number, as an integer."""
+        return self._b.ptrtoint(self._data, I64)
 
     def each(self) -> list[Any]:
         """The addresses of all numbers of a step."""
@@ -101,7 +105,7 @@ class _Column:
         return places
 
     def _first(self) -> Any:
-        return self._b.add(self._b.ptrtoint(self._data, I64), self._b.mul(self._k, self._step))
+        return self._b.add(self.start(), self._b.mul(self._k, self._step))
 
     def all(self) -> Any:
         """The addresses of all numbers of a step, as one vector."""
