@@ -53,7 +53,7 @@ def numbers(name: str, value: ArrayLike) -> Array:
         raise ValueError(f"{name} has shape {array.shape}: must be one-dimensional")
     if array.size and array.dtype.kind not in "iu":
         raise TypeError(f"{name} has dtype {array.dtype}: must have an integer dtype")
-    return np.ascontiguousarray(array, np.int64)
+    return _aligned(np.ascontiguousarray(array, np.int64))
 
 
 def one_each(name: str, value: ArrayLike, like: str, n: int) -> Array:
@@ -62,7 +62,12 @@ def one_each(name: str, value: ArrayLike, like: str, n: int) -> Array:
     if array.size == 1:
         return np.ndarray((n,), np.float64, np.ascontiguousarray(array, np.float64), strides=(0,))
     check_length(name, array, like, n)
-    return np.asarray(array, np.float64)
+    return _aligned(np.asarray(array, np.float64))
+
+
+def _aligned(array: Array) -> Array:
+    """Of arrays that are not Numba asks Python for the type, in the middle of a call."""
+    return array if array.flags.aligned else array.copy()
 
 
 def radii(radius: ArrayLike, like: str, n: int) -> Array:
