@@ -55,8 +55,9 @@ def _in_order(
     """
     i, j, e = pairs
     n_resolved, n_invalid, first = 0, 0, -1
-    for k in range(start, stop):
-        later = min(k + _AHEAD, stop - 1)
+    for at in range(start, stop):
+        # Without a sign: of a signed number Numba asks at each array whether it counts from the end.
+        k, later = np.uint64(at), np.uint64(min(at + _AHEAD, stop - 1))
         prefetch(i[later], (*v, *balls))
         prefetch(j[later], (*v, *balls))
         one, two = np.uint64(i[k]), np.uint64(j[k])
@@ -77,7 +78,7 @@ def _in_order(
         n_resolved += valid & (not alone)
         if not valid:
             if n_invalid == 0:
-                first = k
+                first = at
                 for c in range(len(pair)):
                     witness[c] = pair[c]
             n_invalid += 1
