@@ -18,8 +18,7 @@ from .in_order import CHECK, DISJOINT
 
 Found = tuple[int, int, int]  # how many pairs have been resolved, how many are invalid, and the first that is
 
-_WORK = 4  # a pair takes as long as so many of a batch
-_BALLS_A_PAIR = 8  # where there are more, to have a mark for each costs more than a second thread gains
+_BALLS_A_PAIR = 8  # where there are more, to have a mark for each costs as much as a second thread gains
 
 
 def resolve(
@@ -72,14 +71,15 @@ def _is_usual(u: Array) -> bool:
 def in_any_order(task: Callable[..., Found], i: Array, j: Array, n_balls: int) -> Found:
     """task(start, stop) over all pairs, on all threads if no ball stands in two of them and they are worth it.
 
-    To tell so takes a tenth of the time of one thread, and less where a ball comes again early.
+    To tell so takes a tenth of the time of one thread, and less where a ball comes again early. On two threads half a
+    million pairs took 6.7 ms of 10, and 50,000 as long as on one.
     """
     n = i.size
-    if not threads.is_worth_it(n, _WORK) or n_balls > _BALLS_A_PAIR * n:
+    if not threads.is_worth_it(n) or n_balls > _BALLS_A_PAIR * n:
         return task(0, n)
     if not DISJOINT.compiled(i, j, np.zeros(n_balls, np.uint8)):
         return task(0, n)
-    shares = threads.run(task, n, work=_WORK)
+    shares = threads.run(task, n)
     firsts = [first for _, _, first in shares if first >= 0]
     if firsts:
         task(firsts[0], firsts[0] + 1)  # once more: it has been left as it was, and its values have to be told

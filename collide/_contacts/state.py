@@ -116,9 +116,10 @@ def vectors(v: Any, lengths: Collection[int]) -> dict[str, Array]:
     if isinstance(v, tuple | list):
         if len(v) not in lengths:
             raise ValueError(f"v has {len(v)} arrays: must have {listed}, one a component")
-        if np.ndim(v[0]) != 1:
-            raise ValueError(f"v[0] has shape {np.shape(v[0])}: must be one-dimensional")
-        return velocities({f"v[{c}]": column for c, column in enumerate(v)}, "v[0]", np.size(v[0]))
+        like = written("v[0]", v[0], _FLOATS)
+        if like.ndim != 1:
+            raise ValueError(f"v[0] has shape {like.shape}: must be one-dimensional")
+        return velocities({f"v[{c}]": column for c, column in enumerate(v)}, "v[0]", like.size)
     rows = written("v", v, _FLOATS)
     if rows.ndim != 2 or rows.shape[1] not in lengths:
         raise ValueError(f"v has shape {rows.shape}: must be (N, {listed}), a row a ball, or a tuple of arrays")

@@ -104,8 +104,8 @@ def is_shared(n: int, least: int) -> bool:
     return n >= least and get_num_threads() > 1 and not getattr(_local, "alone", False)
 
 
-def is_worth_it(n: int, work: int) -> bool:
-    """Whether `run` would share n of that work."""
+def is_worth_it(n: int, work: int = 1) -> bool:
+    """Whether `run` would share them out."""
     return is_shared(n * work, 2 * _LEAST_SHARE)
 
 

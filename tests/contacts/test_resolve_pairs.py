@@ -192,7 +192,7 @@ def shared(monkeypatch):
 @pytest.mark.parametrize("d", DIMENSIONS)
 @pytest.mark.parametrize("layout", ["rows", "columns"])
 def test_any_number_of_threads(layout, d, shared):
-    i, j, m, v, n = apart(d, 100_000, np.random.default_rng(4))
+    i, j, m, v, n = apart(d, 140_000, np.random.default_rng(4))
     bad = np.array([49_000, 20_000, 30_000])
     m[i[bad]] = -1.0
     given = {"restitution": 0.9, "approaching_only": True}
@@ -223,7 +223,7 @@ def test_any_number_of_threads(layout, d, shared):
 @pytest.mark.parametrize("again", ["i", "j"])
 def test_a_ball_that_comes_twice_keeps_the_order(again, shared):
     rng = np.random.default_rng(5)
-    i, j, m, v, n = apart(2, 40_000, rng)
+    i, j, m, v, n = apart(2, 140_000, rng)
     pairs = {"i": i, "j": j}
     pairs[again][-1] = j[0] if again == "i" else i[0]  # the first and the last pair
     collide.set_num_threads(4)
@@ -237,7 +237,7 @@ def test_a_ball_that_comes_twice_keeps_the_order(again, shared):
 
 @pytest.mark.usefixtures("keep_threads")
 def test_few_pairs_among_many_balls_need_no_mark_for_each(shared):
-    i, j, *_, n = apart(2, 40_000, np.random.default_rng(6))
+    i, j, *_, n = apart(2, 140_000, np.random.default_rng(6))
     collide.set_num_threads(2)
     collide.resolve_pairs(i, j, 1.0, np.zeros((8 * i.size + 1, 2)), n)
     assert shared == []
@@ -386,6 +386,11 @@ LENGTHS = " or ".join(map(str, DIMENSIONS))
         ),
         ({"v": np.zeros(3)}, ValueError, rf"v has shape \(3,\): must be \(N, {LENGTHS}\), a row a ball, or a tuple of"),
         ({"v": [[0.0, 0.0]] * 2}, TypeError, r"v\[0\] is of type list: must be a NumPy array, as it is written to"),
+        (
+            {"v": ([[0.0], [0.0, 0.0]], 1)},
+            TypeError,
+            r"v\[0\] is of type list: must be a NumPy array, as it is written",
+        ),
         ({"v": "fast"}, TypeError, r"v is of type str: must be a NumPy array, as it is written to"),
         ({"v": np.ma.zeros((3, 2))}, TypeError, "v is of type MaskedArray: must be a NumPy array"),
         ({"v": np.zeros((3, 2), int)}, TypeError, "v has dtype int64: must have float64 or float32"),

@@ -141,7 +141,7 @@ DRAWN = """
 import itertools
 
 rng = np.random.default_rng(1)
-for n in [*range(2, 40), 40_000]:  # the last on all threads
+for n in [*range(2, 40), 140_000]:  # the last on all threads
     for d, dtype, place in itertools.product((2, 3), (np.float64, np.float32), (at_end, at_start)):
         i, j = rng.permutation(n)[: n // 2 * 2].reshape(2, -1)
         v, normals = rng.normal(size=d * n).astype(dtype), rng.normal(size=d * i.size)
