@@ -94,6 +94,15 @@ def contacts(order: str) -> tuple[Array, Array, Array, Array]:
     return *collide.find_contacts(x, y, radius), x, y
 
 
+def drawn_pairs(d: int, layout: str) -> tuple[Array, Array, Any, Any]:
+    """A million balls in pairs at random, i and j, their velocities and normals, in rows or in columns."""
+    n = 1_000_000
+    rng = np.random.default_rng(0)
+    i, j = rng.permutation(n).reshape(2, -1).copy()
+    vectors = rng.normal(size=(n, d)), rng.normal(size=(i.size, d))
+    return i, j, *(a if layout == "rows" else tuple(c.copy() for c in a.T) for a in vectors)
+
+
 def settled_gas(n: int) -> tuple[Array, Array, float]:
     """Positions and velocities of disks between walls, and the side of their box, when the lattice is forgotten."""
     position, v, side = gas.start(n, 0.3, np.random.default_rng(0))

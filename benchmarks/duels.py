@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +70,27 @@ def resolution(i: Any, j: Any, x: Any, y: Any) -> Duel:
         after(lambda: np.copyto(theirs, v), lambda: by_hand.contacts(i, j, x, y, *theirs)),
         1,
     )
+
+
+def drawing(i: Any, j: Any, v: Any, n: Any) -> Duel:
+    """Pairs gathered, resolved as a batch and written back by NumPy, and collide.resolve_pairs."""
+    theirs = copy.deepcopy(v)
+
+    def by_rows() -> None:
+        theirs[i], theirs[j] = collide.resolve(1.0, 1.0, theirs[i], theirs[j], n)
+
+    def by_columns() -> None:
+        one, two = [c[i] for c in theirs], [c[j] for c in theirs]
+        batch = collide.resolve_2d if len(theirs) == 2 else collide.resolve_3d
+        after = batch(1.0, 1.0, *one, *two, *n)
+        for c, u1, u2 in zip(theirs, after[: len(theirs)], after[len(theirs) :], strict=True):
+            c[i], c[j] = u1, u2
+
+    contestant = by_rows if isinstance(v, np.ndarray) else by_columns
+    contestant()
+    assert collide.resolve_pairs(i, j, 1.0, v, n) == i.size
+    np.testing.assert_array_equal(v, theirs)
+    return contestant, lambda: collide.resolve_pairs(i, j, 1.0, v, n), 1
 
 
 def gas_step(position: Any, v: Any, side: float, space: Any) -> Duel:

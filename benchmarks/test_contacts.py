@@ -1,10 +1,10 @@
-"""A ball state: the search for contacts, their resolution, and a step of a gas, against what else one would use."""
+"""A ball state: contacts, their resolution, pairs that are drawn, a step of a gas, against what else one would use."""
 
 from __future__ import annotations
 
 import duels
 import pytest
-from cases import contacts, settled_gas
+from cases import contacts, drawn_pairs, settled_gas
 from contestants import SEARCHES, entered, pymunk
 
 
@@ -22,6 +22,13 @@ def test_resolve(race, benchmark, order):
     i, j, x, y = contacts(order)
     benchmark.group = f"{i.size:,} contacts in {order}"
     race(*duels.resolution(i, j, x, y), 15, resolve=order, n=i.size)
+
+
+@pytest.mark.parametrize("layout", ["columns", "rows"])
+@pytest.mark.parametrize("d", [2, 3])
+def test_drawn_pairs(race, benchmark, d, layout):
+    benchmark.group = f"pairs of a million balls in {layout}, {d}D, gathered, resolved and written back by NumPy"
+    race(*duels.drawing(*drawn_pairs(d, layout)), 15, drawn=f"{layout} in {d}D")
 
 
 @pytest.mark.parametrize("threads", [1, 2])

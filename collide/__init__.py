@@ -6,6 +6,7 @@
     impulse_2d, impulse_3d                   the impulses of the collisions
     time_of_impact, time_of_impact_3d        when pairs that move uniformly will touch
     find_contacts, resolve_contacts          which balls of a state touch, and their collisions in order
+    resolve_pairs                            collisions of balls by number, each with a normal of its own
     set_num_threads, get_num_threads         how many threads a large batch may use
     set_spare_memory, get_spare_memory       how much memory of results that have died is kept for the next ones
     InvalidPairError                         what a pair without an answer raises
@@ -63,7 +64,7 @@ with interruptible():
         time_of_impact,
         time_of_impact_3d,
     )
-    from .contacts import find_contacts, resolve_contacts
+    from .contacts import find_contacts, resolve_contacts, resolve_pairs
     from .errors import InvalidPairError
 
 __all__ = [
@@ -79,6 +80,7 @@ __all__ = [
     "resolve_2d",
     "resolve_3d",
     "resolve_contacts",
+    "resolve_pairs",
     "resolve_polar",
     "scalar",
     "set_num_threads",

@@ -1,21 +1,21 @@
-"""The facade for a ball state: which balls touch, and their collisions, one after another."""
+"""The facade for a ball state: which balls touch, and collisions of balls by number, one after another."""
 
 from __future__ import annotations
 
-import itertools
 import math
 import reprlib
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._contacts import search, state
-from ._contacts.in_order import CHECK, RESOLVE
-from ._pairs.arguments import as_array, gives_nan, share_memory
+from ._contacts import resolution, search, state
+from ._contacts.in_order import CONTACTS, PAIRS, TOUCHING
+from ._pairs.arguments import as_array, gives_nan, truth
 from ._pairs.forms import FORM_2D
+from ._pairs.vectors import FORMS
 from ._typing import Array
-from .errors import InvalidPairError, reason
 
 _MOST_BALLS = (1 << 29) - 1024  # the numbers of their cells, four a ball, are kept as int32
 
@@ -93,6 +93,7 @@ def resolve_contacts(
     vx: Array,
     vy: Array,
     *,
+    radius: ArrayLike | None = None,
     restitution: ArrayLike = 1.0,
     box: tuple[float, float] | None = None,
     invalid: str = "raise",
@@ -104,55 +105,161 @@ def resolve_contacts(
     `resolve_2d` with n = (x_j - x_i, y_j - y_i); pairs that do not approach, (v_i - v_j).n <= 0, are left alone. It
     runs on the caller's thread, so that the result does not depend on the number of threads.
 
-    i, j: the pairs, integer arrays of shape (k,), of two different balls each, from 0 to n-1.
-    m: masses, a number or an array of shape (n,), >= 0; inf is an immovable ball, 0 a test particle.
-    x, y: positions of the centres, arrays of shape (n,).
-    vx, vy: velocity components, arrays of shape (n,), writable, float64; they are changed.
-    restitution: e, finite and >= 0, a number or an array of shape (k,), one value a pair.
-    box: None, or (Lx, Ly) for a periodic box, in which the nearest of a ball's images counts.
-    invalid: what happens to a pair that breaks a rule: a mass that is negative or NaN, two masses 0, two of inf that
-        approach, centres in one place, a velocity, position or result that is not finite, a bad restitution:
-        "raise"  InvalidPairError, after all others have been resolved; this one leaves its balls' velocities alone
-        "keep"   the same, without the error
-        "nan"    its balls' velocities become NaN, and with them later pairs of theirs invalid
-    impulse: None, or an array of shape (k,), writable, float64: it gets each pair's impulse on ball j along n/|n|,
-        0 for those left alone, NaN for invalid ones under "nan". A pair whose impulse is too large is invalid then.
-    Inputs are of bool, integer, float16, float32 or float64, in any consistent set of units.
+    Parameters
+    ----------
+    i, j : array_like of integers, shape (k,)
+        The pairs, each of two different balls, which have the numbers 0 to n-1.
+    m : array_like, a number or shape (n,)
+        Masses, >= 0. inf is an immovable ball, 0 a test particle. Any consistent set of units.
+    x, y : array_like, shape (n,)
+        Positions of the centres.
+    vx, vy : array, shape (n,), writable, both float64 or both float32
+        Velocity components; they are changed. The arithmetic is float64; float32 is rounded once a pair.
+    radius : array_like, a number or shape (n,), optional
+        With it, pairs that do not touch are left alone: those of which not
+        (x_j - x_i)^2 + (y_j - y_i)^2 <= (r_i + r_j)^2, just as `find_contacts` has it. So one of its lists, made with
+        a margin, serves until some ball has moved half the margin. Finite and >= 0.
+    restitution : array_like, a number or shape (k,), optional
+        e, finite and >= 0, one value a pair.
+    box : tuple of 2 numbers, optional
+        (Lx, Ly) of a periodic box, in which the nearest of a ball's images counts; None is open space.
+    invalid : {"raise", "keep", "nan"}, optional
+        What happens to a pair that breaks a rule, whether it touches or not: a mass that is negative or NaN, two
+        masses 0, two of inf that touch and approach, centres in one place, a velocity, position or result that is not
+        finite, a bad restitution. "raise" raises InvalidPairError when all others have been resolved, and this one
+        leaves its balls' velocities alone; under "keep" it does so without the error; under "nan" its balls'
+        velocities become NaN, and with them later pairs of theirs invalid.
+    impulse : array, shape (k,), writable, float64, optional
+        Gets each pair's impulse on ball j along n/|n|, 0 for those left alone, NaN for invalid ones under "nan". A
+        pair whose impulse is too large is invalid then.
 
-    Returns how many pairs were resolved. Raises InvalidPairError (a ValueError) as said; and, before anything is
-    written, IndexError for a ball that does not exist, ValueError for i = j, shapes that do not match, outputs that
-    share memory, read-only outputs, an unknown `invalid`; TypeError for other dtypes.
+    Returns
+    -------
+    int
+        How many pairs were resolved.
 
+    Raises
+    ------
+    InvalidPairError
+        As said; its `index` is the place in the list. It is a ValueError. All others come before anything is written.
+    IndexError
+        For a ball that does not exist.
+    ValueError
+        For i = j, shapes that do not match, a radius that is negative or not finite, outputs that share memory,
+        read-only outputs, an unknown `invalid`.
+    TypeError
+        For other dtypes: inputs are of bool, integers, float16, float32 or float64. Masked arrays.
+
+    Examples
+    --------
     >>> vx, vy = np.array([1.0, 0.0, 0.0]), np.zeros(3)
     >>> collide.resolve_contacts([0, 1], [1, 2], 1.0, [0.0, 2.0, 4.0], [0.0, 0.0, 0.0], vx, vy)
     2
     >>> vx
     array([0., 0., 1.])
+    >>> collide.resolve_contacts([1], [2], 1.0, [0.0, 2.0, 4.0], [0.0, 0.0, 0.0], -vx, vy, radius=0.9)
+    0
     """
     nan, given = gives_nan(invalid, FORM_2D.invalid), (i, j)
-    i, j = state.numbers("i", i), state.numbers("j", j)
-    state.check_length("j", j, "i", i.size)
+    i, j = state.pairs(i, j)
     x, y = state.columns(x, y)
-    m, e = state.column("m", m, "x", x.size), state.column("restitution", restitution, "i", i.size)
-    outputs = {"vx": state.output("vx", vx, "x", x.size), "vy": state.output("vy", vy, "x", x.size)}
-    if impulse is not None:
-        outputs["impulse"] = state.output("impulse", impulse, "i", i.size)
-    for (name, u), (other, w) in itertools.combinations(outputs.items(), 2):
-        if share_memory(u, w):
-            raise ValueError(f"{name} and {other} share memory")
-    sides = state.sides(box)
-    if not CHECK.compiled(i, j, x.size):
-        state.raise_for_pairs(np.asarray(given[0]), np.asarray(given[1]), x.size)
+    e, masses = state.one_each("restitution", restitution, "i", i.size), state.one_each("m", m, "x", x.size)
+    radii = () if radius is None else (state.radii(radius, "x", x.size),)
+    v, sides = state.velocities({"vx": vx, "vy": vy}, "x", x.size), state.sides(box)
 
-    inputs = [a.copy() if any(share_memory(a, u) for u in outputs.values()) else a for a in (i, j, m, x, y, e)]
-    targets = [np.ascontiguousarray(u) for u in outputs.values()]
-    witness = np.empty(len(FORM_2D.columns))
-    results = targets if len(targets) == 3 else [*targets, np.empty(0)]
-    n_resolved, n_invalid, first = RESOLVE.compiled(*inputs, *sides, nan, *results, witness)
-    for u, target in zip(outputs.values(), targets, strict=True):
-        if u is not target:
-            u[...] = target
-    if n_invalid and invalid == "raise":
-        pair = dict(zip(FORM_2D.columns, witness.tolist(), strict=True))
-        raise InvalidPairError((first,), n_invalid, f"balls {i[first]} and {j[first]}, as 1 and 2: {reason(pair)}")
-    return int(n_resolved)
+    def run(inputs: list[Array], v: list[Array], impulse: Array, witness: Array) -> resolution.Found:
+        layout = "C" if v[0].flags.c_contiguous and v[1].flags.c_contiguous else "A"
+        kernel = (CONTACTS if radius is None else TOUCHING)[v[0].dtype.char, layout]
+        return kernel.compiled(*inputs, *sides, *v, impulse, witness, nan)  # type: ignore[no-any-return]
+
+    return resolution.resolve(FORM_2D, given, x.size, (i, j, e, masses, x, y, *radii), v, impulse, invalid, run)
+
+
+def resolve_pairs(
+    i: ArrayLike,
+    j: ArrayLike,
+    m: ArrayLike,
+    v: Array | tuple[Array, ...],
+    n: ArrayLike | tuple[ArrayLike, ...],
+    *,
+    restitution: ArrayLike = 1.0,
+    approaching_only: bool = False,
+    invalid: str = "raise",
+    impulse: Array | None = None,
+) -> int:
+    """Resolves collisions of balls by number, each with a normal of its own, in place and in the order of the list.
+
+    A ball in several pairs enters each with the velocity that the earlier ones have left it. The collision is that of
+    `resolve_2d` or `resolve_3d`, to the bit: what `v[i], v[j] = resolve(m[i], m[j], v[i], v[j], n)` does pair
+    after pair. It runs on the caller's thread; only where a large list has no ball in two pairs, so that their order
+    does not matter, on all. The result does not depend on the number of threads.
+
+    Parameters
+    ----------
+    i, j : array_like of integers, shape (k,)
+        The pairs, each of two different balls, which have the numbers 0 to N-1.
+    m : array_like, a number or shape (N,)
+        Masses, >= 0. inf is an immovable ball (a wall), 0 a test particle. Any consistent set of units.
+    v : array, shape (N, d), or tuple of d arrays, shape (N,), writable, all float64 or all float32
+        Velocities; d is 2 or 3. They are changed. The arithmetic is float64; float32 is rounded once a pair.
+    n : array_like, shape (k, d) or (d,), or tuple of d, each a number or of shape (k,)
+        Vectors along the line of centres, from ball i to ball j, of any length but 0; one a pair, or one for all.
+    restitution : array_like, a number or shape (k,), optional
+        e, finite and >= 0, one value a pair.
+    approaching_only : bool, optional
+        True leaves alone the pairs that do not approach, (v_i - v_j).n <= 0, two immovable balls among them.
+    invalid : {"raise", "keep", "nan"}, optional
+        What happens to a pair that breaks a rule above, or with a velocity or result that is not finite: "raise"
+        raises InvalidPairError when all others have been resolved, and this one leaves its balls' velocities alone;
+        under "keep" it does so without the error; under "nan" its balls' velocities become NaN, and with them later
+        pairs of theirs invalid.
+    impulse : array, shape (k,), writable, float64, optional
+        Gets each pair's impulse on ball j along n/|n|, positive for a pair that approaches, 0 for those left alone,
+        NaN for invalid ones under "nan". A pair whose impulse is too large is invalid then.
+
+    Returns
+    -------
+    int
+        How many pairs were resolved.
+
+    Raises
+    ------
+    InvalidPairError
+        As said; its `index` is the place in the list. It is a ValueError. All others come before anything is written.
+    IndexError
+        For a ball that does not exist.
+    ValueError
+        For i = j, shapes that do not match, outputs that share memory, read-only outputs, an unknown `invalid`.
+    TypeError
+        For other dtypes: inputs are of bool, integers, float16, float32 or float64. Masked arrays.
+
+    Notes
+    -----
+    On several threads a byte a ball is needed for a while. Inputs that are not float64 are copied, and so are those
+    that share memory with what is written: what counts are their values before the call.
+
+    Examples
+    --------
+    A ball meets its equal, at rest, 45 degrees off centre, and that one a wall:
+
+    >>> v = np.array([[2.0, 0.0], [0.0, 0.0], [0.0, 0.0]])
+    >>> collide.resolve_pairs([0, 1], [1, 2], [1.0, 1.0, np.inf], v, [[1.0, 1.0], [1.0, 0.0]])
+    2
+    >>> v
+    array([[ 1., -1.],
+           [-1.,  1.],
+           [ 0.,  0.]])
+    """
+    velocities = state.vectors(v, FORMS)
+    d, n_balls = len(velocities), next(iter(velocities.values())).size
+    form = FORMS[d]
+    flags, given = (truth("approaching_only", approaching_only), gives_nan(invalid, form.invalid)), (i, j)
+    i, j = state.pairs(i, j)
+    e, masses = state.one_each("restitution", restitution, "i", i.size), state.one_each("m", m, "the balls", n_balls)
+    inputs = i, j, e, masses, *state.normals(n, i.size, d)
+
+    def run(inputs: list[Array], v: list[Array], impulse: Array, witness: Array) -> resolution.Found:
+        task = partial(PAIRS[d][v[0].dtype.char].compiled, *inputs, *v, impulse, witness, *flags)
+        return resolution.in_any_order(task, inputs[0], inputs[1], n_balls)
+
+    return resolution.resolve(form, given, n_balls, inputs, velocities, impulse, invalid, run)

@@ -70,7 +70,12 @@ def prefetch(typingctx: Any, k: Any, arrays: Any) -> Any:
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         for kind, array in zip(arrays, cgutils.unpack_tuple(b, args[1]), strict=True):
-            address = pointer(context, b, kind, array, args[0], ir.IntType(8))
+            struct = context.make_array(kind)(context, b, array)
+            (step,) = cgutils.unpack_tuple(b, struct.strides)
+            if kind.layout == "C":
+                step = ir.Constant(step.type, kind.dtype.bitwidth // 8)
+            start = b.bitcast(struct.data, ir.IntType(8).as_pointer())
+            address = b.gep(start, [b.mul(args[0], step)], inbounds=True)
             function = ir.FunctionType(ir.VoidType(), [address.type, I32, I32, I32])
             function = cgutils.get_or_insert_function(b.module, function, "llvm.prefetch.p0")
             b.call(function, [address, *(ir.Constant(I32, option) for option in (1, 3, 1))])

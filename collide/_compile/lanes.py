@@ -159,7 +159,8 @@ def _stored(builder: Any, values: Any, dtype: Any) -> list[Any]:
     values = cgutils.unpack_tuple(builder, values)
     if dtype == types.float64:
         return values  # type: ignore[no-any-return]
-    return [builder.fptrunc(v, ir.VectorType(ir.FloatType(), v.type.count)) for v in values]
+    narrow = ir.FloatType() if values[0].type == F64 else ir.VectorType(ir.FloatType(), values[0].type.count)
+    return [builder.fptrunc(v, narrow) for v in values]
 
 
 @intrinsic

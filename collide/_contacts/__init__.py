@@ -5,5 +5,6 @@ search.py       the search as a whole
 layout.py       how fine its grids are, and how large
 torus.py        where a place of the plane is on a grid
 grid.py         the kernels: balls sorted into a grid, and compared with those around them
-in_order.py     contacts resolved one after another
+in_order.py     the kernels: pairs resolved one after another, contacts or with normals of their own
+resolution.py   a resolution as a whole
 """

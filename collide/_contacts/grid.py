@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 from numba import from_dtype, types
 
-from .._compile.elementwise import select
 from .._compile.gather import WINDOW, put_pairs, window
 from .._compile.kernel import Kernel
 from .._compile.lanes import count, leading
 from .._compile.options import formula, rare
-from .torus import column_and_row, span, wrap
+from .torus import column_and_row, span, touching, wrap
 
 LEVELS = 32  # sizes below 2**-31 of the largest share the last grid
 CHUNK = 1 << 13  # balls that are brought into the order of slots together
@@ -231,14 +230,11 @@ def _look(balls: Any, limits: Any, p: Any, first: Any, stop: Any, pairs: Any, at
     (x, y, radius, index), (margin, lx, ly), (i, j) = balls, limits, pairs
     k = first
     while True:  # also where there are none: most often there are few, and not to ask costs less than a wrong guess
-        dx, dy = abs(window(x, k) - x[p]), abs(window(y, k) - y[p])
-        if lx > 0.0:
-            dx, dy = select(dx < lx - dx, dx, lx - dx), select(dy < ly - dy, dy, ly - dy)
         reach = window(radius, k) + radius[p] + margin
-        touching = leading(dx * dx + dy * dy <= reach * reach, stop - k)
+        found = leading(touching(window(x, k) - x[p], window(y, k) - y[p], reach, lx, ly), stop - k)
         if at + WINDOW <= room:
-            put_pairs(i, j, at, index, p, k, touching)
-        at += count(touching)
+            put_pairs(i, j, at, index, p, k, found)
+        at += count(found)
         k += WINDOW
         if k >= stop:
             return at

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import reprlib
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NoReturn
 
 import numpy as np
@@ -15,6 +16,7 @@ from .._typing import Array
 
 # Beyond these, squares of distances leave the range of float64.
 SHORTEST, LONGEST = 1e-150, 1e150
+_FLOATS = np.dtype(np.float64), np.dtype(np.float32)
 
 
 def columns(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
@@ -37,6 +39,13 @@ def column(name: str, value: ArrayLike, like: str, n: int) -> Array:
     return np.ascontiguousarray(array, np.float64).reshape(-1)
 
 
+def pairs(i: ArrayLike, j: ArrayLike) -> tuple[Array, Array]:
+    """The numbers of their balls."""
+    i, j = numbers("i", i), numbers("j", j)
+    check_length("j", j, "i", i.size)
+    return i, j
+
+
 def numbers(name: str, value: ArrayLike) -> Array:
     """The numbers of balls."""
     array = as_array(name, value)
@@ -44,18 +53,89 @@ def numbers(name: str, value: ArrayLike) -> Array:
         raise ValueError(f"{name} has shape {array.shape}: must be one-dimensional")
     if array.size and array.dtype.kind not in "iu":
         raise TypeError(f"{name} has dtype {array.dtype}: must have an integer dtype")
-    return np.ascontiguousarray(array, np.int64)
+    return _aligned(np.ascontiguousarray(array, np.int64))
 
 
-def output(name: str, value: Any, like: str, n: int) -> Array:
+def one_each(name: str, value: ArrayLike, like: str, n: int) -> Array:
+    """n of them as they lie, or a number as n without a step."""
+    array = as_array(name, value)
+    if array.size == 1:
+        return np.ndarray((n,), np.float64, np.ascontiguousarray(array, np.float64), strides=(0,))
+    check_length(name, array, like, n)
+    return _aligned(np.asarray(array, np.float64))
+
+
+def _aligned(array: Array) -> Array:
+    """Of arrays that are not Numba asks Python for the type, in the middle of a call."""
+    return array if array.flags.aligned else array.copy()
+
+
+def radii(radius: ArrayLike, like: str, n: int) -> Array:
+    """One each, within the rules of `find_contacts`."""
+    array = column("radius", radius, like, n)
+    least, largest = bounds("radius", array)
+    if least < 0.0:
+        raise ValueError(f"radius{first(array, array < 0.0)}: must be >= 0")
+    if 2.0 * largest > LONGEST:
+        raise ValueError(f"2 radius = {2.0 * largest} for the largest ball: must be at most {LONGEST}")
+    return one_each("radius", array, like, n)
+
+
+def written(name: str, value: Any, dtypes: Sequence[Any]) -> Array:
+    """An array that will be changed, of one of these dtypes."""
     if not isinstance(value, np.ndarray) or isinstance(value, MaskedArray):
         raise TypeError(f"{name} is of type {type(value).__name__}: must be a NumPy array, as it is written to")
-    if value.dtype != np.float64:
-        raise TypeError(f"{name} has dtype {value.dtype}: must have float64")
+    if value.dtype not in dtypes:
+        raise TypeError(f"{name} has dtype {value.dtype}: must have {' or '.join(d.name for d in dtypes)}")
     if not value.flags.writeable:
         raise ValueError(f"{name} is read-only")
-    check_length(name, value, like, n)
-    return value
+    return np.asarray(value)
+
+
+def impulses(impulse: Any, like: str, n: int) -> Array:
+    array = written("impulse", impulse, _FLOATS[:1])
+    check_length("impulse", array, like, n)
+    return array
+
+
+def velocities(given: Mapping[str, Any], like: str, n: int) -> dict[str, Array]:
+    """The components by name, n of each, all of one dtype."""
+    columns: dict[str, Array] = {}
+    for name, value in given.items():
+        columns[name] = written(name, value, _FLOATS)
+        check_length(name, columns[name], like, n)
+        for other, column in columns.items():
+            if column.dtype != value.dtype:
+                raise TypeError(f"{name} has dtype {value.dtype}: must have that of {other}, {column.dtype}")
+    return columns
+
+
+def vectors(v: Any, lengths: Collection[int]) -> dict[str, Array]:
+    """The components by name, of an array of rows or of a tuple of arrays; of so many as there is a form for."""
+    listed = " or ".join(map(str, lengths))
+    if isinstance(v, tuple | list):
+        if len(v) not in lengths:
+            raise ValueError(f"v has {len(v)} arrays: must have {listed}, one a component")
+        like = written("v[0]", v[0], _FLOATS)
+        if like.ndim != 1:
+            raise ValueError(f"v[0] has shape {like.shape}: must be one-dimensional")
+        return velocities({f"v[{c}]": column for c, column in enumerate(v)}, "v[0]", like.size)
+    rows = written("v", v, _FLOATS)
+    if rows.ndim != 2 or rows.shape[1] not in lengths:
+        raise ValueError(f"v has shape {rows.shape}: must be (N, {listed}), a row a ball, or a tuple of arrays")
+    return {f"v[:, {c}]": rows[:, c] for c in range(rows.shape[1])}
+
+
+def normals(n: Any, k: int, d: int) -> list[Array]:
+    """The components of one for each of k pairs: of a tuple's or a list's arrays, else of rows, or of one vector."""
+    if isinstance(n, tuple) or (isinstance(n, list) and any(isinstance(c, np.ndarray) for c in n)):
+        if len(n) != d:
+            raise ValueError(f"n has {len(n)} components: must have {d}, as v has")
+        return [one_each(f"n[{c}]", component, "i", k) for c, component in enumerate(n)]
+    array = as_array("n", n)
+    if array.shape not in ((k, d), (d,)):
+        raise ValueError(f"n has shape {array.shape}: must have ({k}, {d}), a row a pair, or ({d},), one for all")
+    return [one_each("n", array[..., c], "i", k) for c in range(d)]
 
 
 def check_length(name: str, array: Array, like: str, n: int) -> None:

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from .._compile.elementwise import select
 from .._compile.options import formula
 
 # Cells of slack for the rounding of positions in units of cells: up to FAR of them that is less than 2**-12. Balls
@@ -30,6 +31,15 @@ LEEWAY, FAR = 2.0**-10, 2.0**40
 def wrap(x: Any, length: Any) -> Any:
     """The position in a periodic box; length 0 is no box."""
     return x % length if length > 0.0 and not 0.0 <= x < length else x
+
+
+@formula
+def touching(dx: Any, dy: Any, reach: Any, lx: Any, ly: Any) -> Any:
+    """Whether balls that lie dx and dy apart, or their nearest images in the box, are within reach of each other."""
+    dx, dy = abs(dx), abs(dy)
+    if lx > 0.0:
+        dx, dy = select(dx < lx - dx, dx, lx - dx), select(dy < ly - dy, dy, ly - dy)
+    return dx * dx + dy * dy <= reach * reach
 
 
 @formula

@@ -118,6 +118,12 @@ def share_memory(a: Array, b: Array) -> bool:
         return True
 
 
+def truth(name: str, value: Any) -> bool:
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{name} = {reprlib.repr(value)}: must be True or False")
+    return bool(value)
+
+
 def gives_nan(invalid: Any, rules: Mapping[str, bool]) -> bool:
     """Whether an invalid pair gets NaN, by an option that has to be one of these."""
     if type(invalid) is not str or invalid not in rules:

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import functools
 import math
-import reprlib
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -24,7 +23,7 @@ from .._compile.kept_memory import LARGE, fresh
 from .._system import threads
 from .._typing import Array
 from ..errors import InvalidPairError, reason
-from .arguments import as_array, broadcast_shape, checked_outputs, gives_nan, result_dtype
+from .arguments import as_array, broadcast_shape, checked_outputs, gives_nan, result_dtype, truth
 from .blocks import Passage, blocks, flat, flat_copy, in_a_line
 from .forms import Form
 from .loop import REFUSED
@@ -36,7 +35,6 @@ _ndarray, _float64, _empty = np.ndarray, np.float64, np.empty  # looked up nine 
 _FLOAT64, _FLOAT32 = np.dtype(np.float64), np.dtype(np.float32)
 _NOTHING = {dtype.char: np.empty(0, dtype) for dtype in (_FLOAT64, _FLOAT32)}  # the column of a number
 _NUMBER = _NOTHING["d"]
-_BOOLS = bool, np.bool_
 _RAISE = "raise"  # a literal is one object
 _FEW = LARGE // 8  # pairs whose results are of no account to `fresh`
 # Up to so many pairs a copy is cheaper than to find out about layouts, and about what overlaps what.
@@ -73,9 +71,7 @@ def attempt(
     form: Form, inputs: tuple[Any, ...], approaching_only: Any, invalid: Any, out: Any
 ) -> tuple[Sequence[Any], InvalidPairError | None]:
     """The outputs of a call, and the error that tells of its invalid pairs, if there are any."""
-    if approaching_only is not False and not isinstance(approaching_only, _BOOLS):
-        raise TypeError(f"approaching_only = {reprlib.repr(approaching_only)}: must be True or False")
-    options = bool(approaching_only), gives_nan(invalid, form.invalid)
+    options = truth("approaching_only", approaching_only), gives_nan(invalid, form.invalid)
     outputs, tally = _usual(form, inputs, out, options) or _general(form, inputs, out, options)
     return outputs, _error(form, outputs, tally) if tally else None
 

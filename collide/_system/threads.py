@@ -104,6 +104,11 @@ def is_shared(n: int, least: int) -> bool:
     return n >= least and get_num_threads() > 1 and not getattr(_local, "alone", False)
 
 
+def is_worth_it(n: int, work: int = 1) -> bool:
+    """Whether `run` would share them out."""
+    return is_shared(n * work, 2 * _LEAST_SHARE)
+
+
 @contextlib.contextmanager
 def alone() -> Iterator[None]:
     """Calls within stay on the caller's thread: for callers that are one of several, each with a share of its own."""
@@ -120,7 +125,7 @@ def run(task: Callable[[int, int], Result], n: int, grain: int = _GRAIN, work: i
 
     Shares begin at multiples of the grain. `work`: how many pairs take the time of one of the n.
     """
-    if not is_shared(n * work, 2 * _LEAST_SHARE):
+    if not is_worth_it(n, work):
         return [task(0, n)]
     threads = get_num_threads()
     count = min(n * work // _LEAST_SHARE, _SHARES_A_THREAD * threads)

@@ -33,6 +33,8 @@ GOLDEN = {
     "time_of_impact_3d": ("34e119a5013cebff", "cbbe54ecee05ef42"),
     "find_contacts": ("2e73d3f86e5c4e39", "9fd92fed33ba52e7"),
     "resolve_contacts": ("d8c804be80ccc6ad", "058e41316b7a8645"),
+    "resolve_contacts of float32 with radii": ("d8c804be80ccc6ad", "3ac044c3791fafae"),
+    "resolve_pairs": ("82018196bdde87e4", "ee2fe08129fd0aec"),
 }
 
 
@@ -48,14 +50,27 @@ def case(name):
     if name.startswith("time_of_impact"):
         c = *pairs.uniform(rng, -9, 9, (6 if name.endswith("3d") else 4, N)), pairs.uniform(rng, 0, 5, N)
         return c, [getattr(collide, name)(*c)]
+    if name == "resolve_pairs":
+        i, m, v, n = rng.integers(0, N, N), pairs.uniform(rng, 1, 9, N), *pairs.uniform(rng, -1, 1, (2, 3, N))
+        j, plane, space, impulses = (
+            (i + rng.integers(1, N, N)) % N,
+            v[:2].copy(),
+            v.astype(np.float32),
+            np.empty((2, N)),
+        )
+        for u, impulse in ((plane, impulses[0]), (space, impulses[1])):
+            collide.resolve_pairs(i, j, m, tuple(u), tuple(n[: len(u)]), restitution=0.7, impulse=impulse)
+        return (i, j, m, v, n), [plane, space, impulses]
     x, y = pairs.uniform(rng, 0, 700, (2, N))
     radius = 0.02 * rng.integers(1, 60, N)
     i, j = collide.find_contacts(x, y, radius, box=(700, 700), margin=0.25)
     if name == "find_contacts":
         return (x, y, radius), [i, j]
     velocities = pairs.uniform(rng, -1, 1, (2, N))
-    (vx, vy), impulse = velocities.copy(), np.empty(i.size)
-    collide.resolve_contacts(i, j, radius, x, y, vx, vy, restitution=0.7, box=(700, 700), impulse=impulse)
+    (vx, vy), impulse = velocities.astype(np.float32 if "float32" in name else np.float64), np.empty(i.size)
+    options = {"restitution": 0.7, "box": (700, 700), "impulse": impulse}
+    options |= {"radius": radius} if "radii" in name else {}
+    collide.resolve_contacts(i, j, radius, x, y, vx, vy, **options)
     return (x, y, radius, velocities), [vx, vy, impulse]
 
 

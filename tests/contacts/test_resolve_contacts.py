@@ -231,12 +231,21 @@ SHARED = np.zeros(4)
         ({"vx": np.zeros(2)}, ValueError, r"vx has shape \(2,\): must have that of x, \(3,\)"),
         ({"vy": [0.0, 0.0, 0.0]}, TypeError, "vy is of type list: must be a NumPy array, as it is written to"),
         ({"vx": np.ma.zeros(3)}, TypeError, "vx is of type MaskedArray: must be a NumPy array"),
-        ({"vx": np.zeros(3, np.float32)}, TypeError, "vx has dtype float32: must have float64"),
-        ({"vy": np.zeros(3, ">f8")}, TypeError, "vy has dtype >f8: must have float64"),
-        ({"vx": np.zeros(3, int)}, TypeError, "vx has dtype int64: must have float64"),
+        ({"vx": np.zeros(3, np.float32)}, TypeError, "vy has dtype float64: must have that of vx, float32"),
+        ({"vx": np.zeros(3, np.float16)}, TypeError, "vx has dtype float16: must have float64 or float32"),
+        ({"vy": np.zeros(3, ">f8")}, TypeError, "vy has dtype >f8: must have float64 or float32"),
+        ({"vx": np.zeros(3, int)}, TypeError, "vx has dtype int64: must have float64 or float32"),
         ({"vy": frozen(3)}, ValueError, "vy is read-only"),
         ({"impulse": np.zeros(3)}, ValueError, r"impulse has shape \(3,\): must have that of i, \(2,\)"),
         ({"impulse": frozen(2)}, ValueError, "impulse is read-only"),
+        ({"impulse": np.zeros(2, np.float32)}, TypeError, "impulse has dtype float32: must have float64"),
+        ({"radius": -1.0}, ValueError, "radius = -1.0: must be >= 0"),
+        ({"radius": [1.0, -1.0, 1.0]}, ValueError, r"radius\[1\] = -1.0: must be >= 0"),
+        ({"radius": np.nan}, ValueError, "radius = nan: must be finite"),
+        ({"radius": [1.0, 1.0, INF]}, ValueError, r"radius\[2\] = inf: must be finite"),
+        ({"radius": 1e150}, ValueError, r"2 radius = 2e\+150 for the largest ball: must be at most 1e\+150"),
+        ({"radius": [1.0, 1.0]}, ValueError, r"radius has shape \(2,\): must have that of x, \(3,\)"),
+        ({"radius": "large"}, TypeError, "radius: the dtype <U5 is not supported"),
         ({"vx": SHARED[1:], "vy": SHARED[:3]}, ValueError, "vx and vy share memory"),
         ({"vx": SHARED[1:], "impulse": SHARED[:2]}, ValueError, "vx and impulse share memory"),
         ({"invalid": "ignore"}, ValueError, "invalid = 'ignore': must be one of 'raise', 'keep', 'nan'"),
@@ -296,3 +305,167 @@ def test_a_box_smaller_than_one():
     assert collide.resolve_contacts([0], [1], 1.0, x, y, vx, vy, box=(0.5, 0.5)) == 1
     u = collide.resolve_2d(1.0, 1.0, -1.0, 0.0, 0.0, 0.0, -0.1, -0.12)
     np.testing.assert_allclose([vx[0], vy[0], vx[1], vy[1]], u, rtol=1e-13, atol=1e-15)
+
+
+# With radii: pairs that do not touch are left alone. What touches, find_contacts says.
+
+
+def which_touch(i, j, x, y, radius, box=None):
+    """Which of the pairs are resolved when both balls of each come straight at each other, and no two share a ball."""
+    radius = np.broadcast_to(radius, np.shape(x))
+    ball = np.concatenate([i, j])
+    n = np.stack([(c % s)[j] - (c % s)[i] if box else c[j] - c[i] for c, s in zip((x, y), box or (0, 0), strict=True)])
+    if box:
+        n -= np.reshape(box, (2, 1)) * np.rint(n / np.reshape(box, (2, 1)))
+    vx, vy = np.concatenate([n, -n], axis=1)
+    k, impulse = np.arange(i.size), np.full(i.size, 9.0)
+    options = {"radius": radius[ball], "box": box, "impulse": impulse}
+    count = collide.resolve_contacts(k, k + i.size, 1.0, x[ball], y[ball], vx, vy, **options)
+    assert count == np.count_nonzero(impulse)
+    return impulse > 0.0
+
+
+def found(x, y, radius, box=None):
+    return set(zip(*(a.tolist() for a in collide.find_contacts(x, y, radius, box=box)), strict=True))
+
+
+def all_pairs(n):
+    return np.array(list(itertools.combinations(range(n), 2))).T
+
+
+@pytest.mark.parametrize("box", [None, (8.0, 8.0), (8.5, 9.75)])
+@pytest.mark.parametrize("radii", ["one", "each"])
+@pytest.mark.parametrize("outside", [False, True])
+def test_what_touches_is_what_find_contacts_finds(box, radii, outside):
+    """On a grid of halves, where some pairs graze exactly, and off it; outside of the box as well."""
+    rng = np.random.default_rng(3)
+    for exact in (True, False):
+        x, y = rng.integers(0, 16, (2, 60)) / 2 if exact else rng.uniform(0, 8, (2, 60))
+        x, y = rng.permutation(np.unique(np.stack([x, y]), axis=1), axis=1)  # no two in one place
+        if outside:
+            lx, ly = box or (8.0, 8.0)
+            x, y = x + lx * rng.integers(-3, 4, x.size), y - 1e6 * ly * rng.integers(-3, 4, y.size)
+        radius = 0.5 if radii == "one" else rng.choice([0.25, 0.75], x.size)
+        i, j = all_pairs(x.size)
+        touch = which_touch(i, j, x, y, radius, box)
+        assert set(zip(i[touch].tolist(), j[touch].tolist(), strict=True)) == found(x, y, radius, box)
+        if not (outside and box is None):
+            assert 10 < touch.sum() < 0.2 * touch.size
+        if exact and not outside:
+            r = np.broadcast_to(radius, x.shape)
+            assert np.sum((x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2 == (r[i] + r[j]) ** 2) >= 10
+
+
+@pytest.mark.parametrize("box", [None, (4.0, 3.0)])
+@sizes(usual=300, campaign=5000)
+def test_next_to_a_graze_it_is_what_find_contacts_finds(box, size):
+    """Radii that add up to the distance as it is rounded, and to the numbers next to it."""
+    rng = np.random.default_rng(4)
+    results = set()
+    for _ in range(size):
+        x, y = rng.uniform(0, 0.9, (2, 2)) + (rng.integers(0, 2, (2, 2)) * np.reshape(box, (2, 1)) if box else 0.0)
+        d = np.hypot(
+            *(
+                (c[1] - c[0]) - (s * np.rint((c[1] - c[0]) / s) if s else 0)
+                for c, s in zip((x, y), box or (0, 0), strict=True)
+            )
+        )
+        for ulps in (-1, 0, 1):
+            r = d * rng.uniform(0.45, 0.55)
+            radius = np.array([r, d - r + ulps * np.spacing(d)])
+            (touch,) = which_touch(np.array([0]), np.array([1]), x, y, radius, box)
+            assert touch == bool(found(x, y, radius, box))
+            results.add((ulps, bool(touch)))
+    assert results >= {(-1, False), (0, False), (0, True), (1, True)}
+
+
+@pytest.mark.parametrize("box", [None, (30.0, 30.0)])
+@pytest.mark.parametrize("radii", ["one", "each"])
+def test_a_list_with_a_margin_serves_until_a_ball_has_moved_half_of_it(box, radii):
+    rng = np.random.default_rng(5)
+    n, margin, dt = 150, 1.0, 0.05
+    x, y = rng.uniform(0, 30, (2, n))
+    vx, vy = rng.normal(size=(2, n))
+    radius = 0.8 if radii == "one" else rng.uniform(0.2, 1.2, n)
+    x0 = y0 = np.inf
+    lists = used = 0
+    for _ in range(100):
+        x, y = x + dt * vx, y + dt * vy
+        if 2.0 * np.hypot(x - x0, y - y0).max() > margin:
+            i, j = collide.find_contacts(x, y, radius, box=box, margin=margin)
+            x0, y0, lists = x, y, lists + 1
+        touch = which_touch(i, j, x, y, radius, box)
+        assert set(zip(i[touch].tolist(), j[touch].tolist(), strict=True)) == found(x, y, radius, box)
+        used += touch.sum() < i.size
+        collide.resolve_contacts(i, j, 1.0, x, y, vx, vy, radius=radius, box=box)
+    assert 3 < lists < 50 < used
+
+
+@pytest.mark.parametrize("box", [None, (10.0, 7.0)])
+@pytest.mark.parametrize("radii", ["one", "each"])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("layout", ["columns", "rows"])
+def test_with_radii_each_pair_sees_what_the_earlier_ones_left(box, radii, dtype, layout):
+    rng = np.random.default_rng(6)
+    (x, y), v, m = state(200, rng)
+    v = v.astype(dtype)
+    radius = 0.9 if radii == "one" else rng.uniform(0.3, 1.5, 200)
+    i, j = rng.permutation(all_pairs(200), axis=1)
+    touch = which_touch(i, j, x, y, radius, box)
+    want_x, want_y, impulses, resolved = in_order(i[touch], j[touch], m, x, y, *v, 0.8, box)
+    want = np.zeros(i.size)
+    want[touch] = impulses
+    u, impulse = (np.ascontiguousarray(v.T).T if layout == "rows" else v.copy()), np.full(i.size, 9.0)
+    options = {"radius": radius, "restitution": 0.8, "box": box, "impulse": impulse}
+    assert collide.resolve_contacts(i, j, m, x, y, *u, **options) == resolved > 100
+    np.testing.assert_array_equal(u, [want_x, want_y])
+    np.testing.assert_array_equal(impulse, want)
+    assert want_x.dtype == u.dtype == dtype
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("reason", BROKEN)
+@pytest.mark.parametrize("radius", [0.5, 0.25, [0.5, 0.5, 0.0, 0.5, 0.5]])
+def test_a_pair_is_invalid_whether_it_touches_or_not(reason, radius):
+    """All stand a unit apart, if anywhere."""
+    args, options = broken(BROKEN[reason])
+    touch = radius == 0.5
+    if "result of the collision" in reason and not touch:
+        assert collide.resolve_contacts(*args, **options, radius=radius) == np.sum(np.size(radius) > 1) * 2
+        return
+    with pytest.raises(collide.InvalidPairError) as info:
+        collide.resolve_contacts(*args, **options, radius=radius)
+    assert (info.value.index, info.value.count) == ((1,), 1) or reason.startswith("m1 = -1.0")
+    assert info.value.reason.partition(": ")[2].startswith(reason.replace("m1 = -1.0", "m2 = -1.0"))
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("place", [np.nan, INF, -INF])
+@pytest.mark.parametrize("box", [None, (10.0, 10.0)])
+def test_a_place_that_is_none_is_invalid_and_not_merely_far(place, box):
+    for x, y in itertools.product(([0.0, place], [place, 0.0], [place, place]), ([0.0, 1.0], [0.0, place])):
+        v = np.array([1.0, 0.0]), np.zeros(2)
+        with pytest.raises(collide.InvalidPairError, match=r"n[xy] = -?(nan|inf): must be finite"):
+            collide.resolve_contacts([0], [1], 1.0, x, y, *v, radius=1.0, box=box)
+        assert v[0].tolist() == [1.0, 0.0]
+
+
+@pytest.mark.fast
+def test_far_apart_and_immovable():
+    v = np.array([1.0, -1.0]), np.zeros(2)
+    assert collide.resolve_contacts([0], [1], INF, [0.0, 3.0], [0.0, 0.0], *v, radius=1.0) == 0
+    with pytest.raises(collide.InvalidPairError, match="two immovable balls"):
+        collide.resolve_contacts([0], [1], INF, [0.0, 2.0], [0.0, 0.0], *v, radius=1.0)
+    # Their squared distance is beyond float64, they are not.
+    assert collide.resolve_contacts([0], [1], 1.0, [0.0, 1e200], [0.0, 0.0], *v, radius=1.0) == 0
+
+
+@pytest.mark.fast
+def test_float32_that_is_too_large():
+    vx, vy = np.array([3e38, -3e38], np.float32), np.zeros(2, np.float32)
+    args = [0], [1], [3.0, 1.0], [0.0, 1.0], [0.0, 0.0]
+    with pytest.raises(collide.InvalidPairError, match="too large for the dtype of the result"):
+        collide.resolve_contacts(*args, vx, vy)
+    assert vx.tolist() == [np.float32(3e38), np.float32(-3e38)]
+    assert collide.resolve_contacts(*args, vx, vy, invalid="nan") == 0
+    assert np.isnan([vx, vy]).all()

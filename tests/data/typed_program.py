@@ -33,7 +33,8 @@ assert_type(collide.time_of_impact_3d(3.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0), np.fl
 
 i, j = collide.find_contacts(v, v, 1.0)
 assert_type(i, NDArray[np.intp])
-assert_type(collide.resolve_contacts(i, j, 1.0, v, v, v, v), int)
+assert_type(collide.resolve_contacts(i, j, 1.0, v, v, v, v, radius=1.0), int)
+assert_type(collide.resolve_pairs(i, j, 1.0, (v, v), (1.0, 0.0)), int)
 assert_type(collide.get_num_threads(), int)
 
 try:

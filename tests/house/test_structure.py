@@ -36,7 +36,9 @@ ORDER = """
     _cli.limit  _pairs.execution  _contacts.torus  _contacts.state
     _contacts.grid
     _contacts.layout
-    _contacts.search  _contacts.in_order  _tables.conservation  _tables.by_name  _pairs.vectors
+    _contacts.search  _tables.conservation  _tables.by_name  _pairs.vectors
+    _contacts.in_order
+    _contacts.resolution
     batch  contacts  _tables.stream  _tables.arrow_batches
     arrow  _tables.numpy_files  _tables.arrow_files  dask
     _tables.parquet_files  _tables.ipc_files  _tables.csv_files
@@ -177,6 +179,7 @@ def test_the_public_names():
         "resolve_2d",
         "resolve_3d",
         "resolve_contacts",
+        "resolve_pairs",
         "resolve_polar",
         "scalar",
         "set_num_threads",

@@ -60,20 +60,25 @@ FUNCTIONS = {
     "time_of_impact": ["dx", "dy", "dvx", "dvy", "distance"],
     "time_of_impact_3d": ["dx", "dy", "dz", "dvx", "dvy", "dvz", "distance"],
     "find_contacts": ["x", "y", "radius"],
-    "resolve_contacts": ["i", "j", "m", "x", "y", "restitution"],
+    "resolve_contacts": ["i", "j", "m", "x", "y", "radius", "restitution"],
+    "resolve_pairs": ["i", "j", "m", "restitution"],  # v and n, which have two axes: test_resolve_pairs.py
 }
-BATCHES = [name for name in FUNCTIONS if "contacts" not in name]
+IN_PLACE = ["resolve_contacts", "resolve_pairs"]
+BATCHES = [name for name in FUNCTIONS if name not in ("find_contacts", *IN_PLACE)]
 OPTIONS = {"find_contacts": ["margin", "box"], "resolve_contacts": ["box"]}
 WITH_OPTIONS = {function: [*names, *OPTIONS.get(function, [])] for function, names in FUNCTIONS.items()}
 
 
 def call(function, values):
     """The answer, as a list of arrays."""
-    if function == "resolve_contacts":
+    if function in IN_PLACE:
         vx, vy, impulse = np.array([1.0, 0.0, -1.0]), np.zeros(N), np.full(N, 9.0)
         before = vx.copy(), vy.copy(), impulse.copy()
         try:
-            count = collide.resolve_contacts(**values, vx=vx, vy=vy, impulse=impulse)
+            if function == "resolve_contacts":
+                count = collide.resolve_contacts(**values, vx=vx, vy=vy, impulse=impulse)
+            else:
+                count = collide.resolve_pairs(**values, v=(vx, vy), n=(1.0, np.arange(N)), impulse=impulse)
         except collide.InvalidPairError:
             raise
         except (TypeError, ValueError, IndexError):
@@ -184,7 +189,7 @@ def test_what_is_no_number_is_a_type_error_that_names_the_argument(function, sub
     for argument, kind in itertools.product(WITH_OPTIONS[function], NO_NUMBERS):
         values = good(function) | {argument: NO_NUMBERS[kind]}
         with subtests.test(argument=argument, kind=kind):
-            if (argument, kind) == ("box", "None"):
+            if kind == "None" and (argument == "box" or (function, argument) == ("resolve_contacts", "radius")):
                 call(function, values)
                 continue
             with pytest.raises(TypeError, match=rf"^{argument}\b"):
@@ -403,7 +408,7 @@ def test_options_of_another_type(function):
         for wrong in (None, "", "RAISE", 1, ["raise"], np.str_("raise")):
             with pytest.raises(ValueError, match=r"^invalid = .*: must be one of 'raise', "):
                 call(function, values | {"invalid": wrong})
-    if "restitution" in values and function in BATCHES:
+    if "restitution" in values and function != "resolve_contacts":
         for wrong in (None, "yes", 1, 0.0, [True], np.array([True])):
             with pytest.raises(TypeError, match=r"^approaching_only = .*: must be True or False"):
                 call(function, values | {"approaching_only": wrong})

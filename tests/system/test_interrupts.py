@@ -305,6 +305,11 @@ for dtype, writable in itertools.product((np.float64, np.float32), (True, False)
         lambda: collide.time_of_impact(*arrays[:5]),
         lambda: collide.find_contacts(np.arange(100.0), np.arange(100.0), np.ones(100)),
         lambda: collide.resolve_contacts([0], [1], 1.0, [0.0, 1.0], [0.0, 0.0], np.zeros(2), np.zeros(2)),
+        lambda: collide.resolve_contacts(
+            [0], [1], 1.0, [0.0, 1.0], [0.0, 0.0], *np.zeros((2, 2), dtype).T, radius=[1.0, 1.0]
+        ),
+        lambda: collide.resolve_pairs([0], [1], arrays[0], np.zeros((arrays[0].size, 2), dtype), arrays[1][:2]),
+        lambda: collide.resolve_pairs([0, 1], [1, 2], 1.0, (*np.zeros((3, 5), dtype),), (arrays[1][:2],) * 3),
     ]
     for call in calls:
         make, collide._compile.kernel.Kernel._made = collide._compile.kernel.Kernel._made, lambda kernel: made(kernel)

@@ -29,6 +29,11 @@ def every(n):
         collide.resolve_contacts(i, j, m1, x, y, vx, vy)
         return vx, vy
 
+    def drawn():
+        v = np.stack([v1, v2], axis=1)
+        collide.resolve_pairs(i, j, m1, v, (1.0, 0.5), invalid="keep")
+        return (v,)
+
     return [
         lambda: collide.resolve_1d(m1, m2, v1, v2, restitution=e),
         lambda: collide.resolve_3d(m1, m2, v1, v1y, e, v2, v2y, e, nx, ny, e, approaching_only=True),
@@ -38,6 +43,7 @@ def every(n):
         lambda: [collide.time_of_impact_3d(x, y, e, v1, v2, e, 1.0)],
         lambda: collide.find_contacts(x, y, e),
         contacts,
+        drawn,
     ]
 
 

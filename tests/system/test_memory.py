@@ -144,6 +144,24 @@ for n in [*range(71), 127, 128, 129, 1000, 9000]:
                     place(i, lists[0]), place(j, lists[1]), place(rs, regions[5]), xs, ys, vx, vy, box=box,
                     impulse=impulse,
                 )
+                options = {"box": box, "radius": place(rs, regions[5])}
+                collide.resolve_contacts(place(i, lists[0]), place(j, lists[1]), 1.0, xs, ys, vx, vy, **options)
+print("untouched")
+"""
+
+DRAWN = """
+import itertools
+
+rng = np.random.default_rng(1)
+for n in [*range(2, 40), 140_000]:  # the last on all threads
+    for d, dtype, place in itertools.product((2, 3), (np.float64, np.float32), (at_end, at_start)):
+        i, j = rng.permutation(n)[: n // 2 * 2].reshape(2, -1)
+        v, normals = rng.normal(size=d * n).astype(dtype), rng.normal(size=d * i.size)
+        arrays = i, j, rng.random(n) + 0.5, np.ones(i.size), np.zeros(i.size), v, normals
+        i, j, m, e, impulse, v, normals = (place(a, guarded(8 * d * n)) for a in arrays)
+        collide.resolve_pairs(i, j, m, v.reshape(-1, d), normals.reshape(-1, d), restitution=e, impulse=impulse)
+        columns = tuple(v.reshape(d, -1)), tuple(normals.reshape(d, -1))
+        collide.resolve_pairs(i, j, m, *columns, restitution=e, impulse=impulse)
 print("untouched")
 """
 
@@ -155,6 +173,10 @@ def test_no_batch_touches_what_lies_beside_its_arrays(dtype):
 
 def test_neither_do_contacts_nor_what_they_use_on_the_way():
     assert process.printed_by(GUARDED + CONTACTS, timeout=300) == "untouched\n"
+
+
+def test_neither_do_drawn_pairs():
+    assert process.printed_by(GUARDED + DRAWN, timeout=300) == "untouched\n"
 
 
 def test_the_guard_bites():
@@ -211,6 +233,7 @@ def calls(times):
         collide.resolve_2d(*c[:7], c[7].astype(np.float32), invalid="nan")
         i, j = collide.find_contacts(x, y, 1.0)
         collide.resolve_contacts(i, j, 1.0, x, y, vx, vy)
+        collide.resolve_pairs([0, 1], [1, 2], x, (vx, vy), c[:2, :2])
         try:
             collide.resolve_1d(-1.0, *c[1:4])
         except collide.InvalidPairError:
