@@ -64,16 +64,18 @@ def check_length(name: str, array: Array, like: str, n: int) -> None:
 
 
 def sides(box: Any) -> tuple[float, float]:
-    """Of the box; 0 and 0 for none."""
+    """Of the box, Lx and Ly; 0 for a side that is open."""
     if box is None:
         return 0.0, 0.0
-    sides = as_array("box", box)
-    if sides.shape != (2,):
-        raise ValueError(f"box = {reprlib.repr(box)}: must be None or two lengths, (Lx, Ly)")
-    lx, ly = float(sides[0]), float(sides[1])  # or float16 would be compared, and warn
+    is_open = [side is None for side in box] if isinstance(box, list | tuple) else [False, False]
+    given = [0.0 if side is None else side for side in box] if any(is_open) else box
+    lengths = as_array("box", given)
+    if lengths.shape != (2,):
+        raise ValueError(f"box = {reprlib.repr(box)}: must be None or two lengths, (Lx, Ly), of which one may be None")
+    lx, ly = float(lengths[0]), float(lengths[1])  # or float16 would be compared, and warn
     for k, side in enumerate((lx, ly)):
-        if not SHORTEST <= side <= LONGEST:
-            raise ValueError(f"box[{k}] = {sides[k]}: must be from {SHORTEST} to {LONGEST}")
+        if not (is_open[k] or SHORTEST <= side <= LONGEST):
+            raise ValueError(f"box[{k}] = {lengths[k]}: must be from {SHORTEST} to {LONGEST}")
     return lx, ly
 
 
