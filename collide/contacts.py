@@ -32,34 +32,54 @@ def find_contacts(
     y: ArrayLike,
     radius: ArrayLike,
     *,
-    box: tuple[float, float] | None = None,
+    box: tuple[float | None, float | None] | None = None,
     margin: float = 0.0,
 ) -> Contacts:
     """All pairs of balls that touch or overlap, or are nearer than that by a margin.
 
         (x_j - x_i)^2 + (y_j - y_i)^2 <= (r_i + r_j + margin)^2        in float64, as written
 
-    x, y: positions of the centres, arrays of shape (n,), finite, of any extent.
-    radius: a number or an array of shape (n,), finite and >= 0. Sizes may differ by any ratio.
-    box: None for open space, or (Lx, Ly) for a periodic one: positions outside wrap into [0, Lx) x [0, Ly) as
-        x % Lx does, and of a ball's images the nearest counts, |dx| or Lx - |dx|. Each side has to be at least twice
-        the longest distance 2 r + margin at which balls may touch.
-    margin: finite, >= 0.
-    All are of bool, integer, float16, float32 or float64, in any consistent set of units.
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+        Positions of the centres, finite, of any extent. Any consistent set of units.
+    radius : array_like, scalar or shape (n,)
+        Radii, finite and >= 0. Sizes may differ by any ratio.
+    box : (Lx, Ly), optional
+        The sides of a periodic box; without it space is open. Positions outside wrap into [0, Lx) x [0, Ly) as x % Lx
+        does, and of a ball's images the nearest counts, |dx| or Lx - |dx|. Each side has to be at least twice the
+        longest distance 2 r + margin at which balls may touch. A side of None is open: (Lx, None) is a channel along x.
+    margin : float, optional
+        Finite and >= 0.
 
-    Returns the named tuple (i, j): two intp arrays, i < j, each pair once. Their order is always the same for the same
-    arguments, whatever the number of threads, and has no other meaning, but that neighbours in space are near each
-    other in the list. Balls are sorted into cells: the time grows with the balls and the contacts, but where large
-    balls lie over dense spots, far apart from each other, of much smaller ones. Besides the list, up to 100 bytes a
-    ball are needed for a while, and 8 more for each column that is not contiguous float64.
+    Returns
+    -------
+    Contacts
+        The named tuple (i, j): two intp arrays, i < j, each pair once. Their order is always the same for the same
+        arguments, whatever the number of threads, and has no other meaning, but that neighbours in space are near each
+        other in the list.
 
-    Raises ValueError for positions that are not finite, negative radii, shapes that do not match, a box that is too
-    small; TypeError for other dtypes and masked arrays; MemoryError for a list that cannot fit into memory.
+    Raises
+    ------
+    ValueError
+        For positions that are not finite, negative radii, shapes that do not match, a box that is too small.
+    TypeError
+        For dtypes other than bool, integers, float16, float32 and float64, and for masked arrays.
+    MemoryError
+        For a list that cannot fit into memory.
 
+    Notes
+    -----
+    Balls are sorted into cells: the time grows with the balls and the contacts, but where large balls lie over dense
+    spots, far apart from each other, of much smaller ones. Besides the list, up to 100 bytes a ball are needed for a
+    while, and 8 more for each column that is not contiguous float64.
+
+    Examples
+    --------
     >>> i, j = collide.find_contacts([0.0, 1.5, 9.5], [0.0, 0.0, 0.0], 1.0)
     >>> i, j
     (array([0]), array([1]))
-    >>> collide.find_contacts([0.0, 1.5, 9.5], [0.0, 0.0, 0.0], 1.0, box=(10.0, 10.0)).i.size
+    >>> collide.find_contacts([0.0, 1.5, 9.5], [0.0, 0.0, 0.0], 1.0, box=(10.0, None)).i.size
     3
     """
     x, y = state.columns(x, y)
@@ -94,7 +114,7 @@ def resolve_contacts(
     vy: Array,
     *,
     restitution: ArrayLike = 1.0,
-    box: tuple[float, float] | None = None,
+    box: tuple[float | None, float | None] | None = None,
     invalid: str = "raise",
     impulse: Array | None = None,
 ) -> int:
@@ -109,7 +129,7 @@ def resolve_contacts(
     x, y: positions of the centres, arrays of shape (n,).
     vx, vy: velocity components, arrays of shape (n,), writable, float64; they are changed.
     restitution: e, finite and >= 0, a number or an array of shape (k,), one value a pair.
-    box: None, or (Lx, Ly) for a periodic box, in which the nearest of a ball's images counts.
+    box: None, or (Lx, Ly) for a periodic box, in which the nearest of a ball's images counts. A side of None is open.
     invalid: what happens to a pair that breaks a rule: a mass that is negative or NaN, two masses 0, two of inf that
         approach, centres in one place, a velocity, position or result that is not finite, a bad restitution:
         "raise"  InvalidPairError, after all others have been resolved; this one leaves its balls' velocities alone

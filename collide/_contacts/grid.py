@@ -233,7 +233,9 @@ def _look(balls: Any, limits: Any, p: Any, first: Any, stop: Any, pairs: Any, at
     while True:  # also where there are none: most often there are few, and not to ask costs less than a wrong guess
         dx, dy = abs(window(x, k) - x[p]), abs(window(y, k) - y[p])
         if lx > 0.0:
-            dx, dy = select(dx < lx - dx, dx, lx - dx), select(dy < ly - dy, dy, ly - dy)
+            dx = select(dx < lx - dx, dx, lx - dx)
+        if ly > 0.0:
+            dy = select(dy < ly - dy, dy, ly - dy)
         reach = window(radius, k) + radius[p] + margin
         touching = leading(dx * dx + dy * dy <= reach * reach, stop - k)
         if at + WINDOW <= room:

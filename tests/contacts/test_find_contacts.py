@@ -33,6 +33,15 @@ def scatter(n, packing, rng, radius=1.0, aspect=1.0):
     return rng.uniform(0, sides[0], n), rng.uniform(0, sides[1], n), sides
 
 
+# Which axes are periodic.
+SPACES = {"open": (False, False), "a box": (True, True), "along x": (True, False), "along y": (False, True)}
+in_every_space = pytest.mark.parametrize("space", SPACES)
+
+
+def box_of(space, sides):
+    return tuple(side if periodic else None for side, periodic in zip(sides, SPACES[space], strict=True))
+
+
 RADII = {
     "equal": lambda n, rng: 1.0,
     "nearly equal": lambda n, rng: rng.uniform(0.9, 1.1, n),
@@ -43,28 +52,28 @@ RADII = {
 }
 
 
-@pytest.mark.parametrize("periodic", [False, True])
+@in_every_space
 @pytest.mark.parametrize("packing", [0.003, 0.4, 1.5])
 @pytest.mark.parametrize(
     ("n", "aspect"),
     [(2, 1.0), (40, 1.0), (500, 1.0), (700, 30.0), pytest.param(1500, 1.0, marks=pytest.mark.campaign)],
 )
-def test_against_every_pair(n, aspect, packing, periodic, subtests):
+def test_against_every_pair(n, aspect, packing, space, subtests):
     for radii, margin in itertools.product(RADII, (0.0, 0.07)):
         rng = np.random.default_rng(n)
         radius = RADII[radii](n, rng)
         x, y, box = scatter(n, packing, rng, radius, aspect)
         x, y = x - 0.3 * box[0], y + 0.4 * box[1]  # a part of them outside the box
         reach = 2 * np.max(radius) + margin
-        options = {"box": tuple(max(side, 2 * reach, 1.0) for side in box)} if periodic else {}
+        box = box_of(space, [max(side, 2 * reach, 1.0) for side in box])
         with subtests.test(radii=radii, margin=margin):
-            check(x, y, radius, margin=margin, **options)
+            check(x, y, radius, margin=margin, box=box)
 
 
 def test_boxes_of_few_cells_list_no_pair_twice(subtests):
     rng = np.random.default_rng(1)
     x, y = rng.uniform(-5, 5, (2, 150))
-    for box in itertools.product([2.0, 2.5, 3.0, 3.01, 3.99, 4.0, 4.01, 5.5], [2.0, 3.0, 4.01, 17.0]):
+    for box in itertools.product([2.0, 2.5, 3.0, 3.01, 3.99, 4.0, 4.01, 5.5, None], [2.0, 3.0, 4.01, 17.0, None]):
         with subtests.test(box=box):
             i, j = check(x, y, 0.5, box=box)
             assert len(set(zip(i.tolist(), j.tolist(), strict=True))) == i.size > 0
@@ -78,8 +87,14 @@ def test_balls_that_just_touch(offset):
     assert i.size == 24 * 30 + 25 * 29
     i, _ = check(x, y, np.nextafter(0.5, 0))
     assert i.size == 0
-    i, _ = check(x - offset, y - offset, 0.5, box=(25.0, 30.0))
-    assert i.size == 2 * 25 * 30
+    for box, count in (
+        ((25.0, 30.0), 2 * 25 * 30),
+        ((25.0, None), 25 * 30 + 25 * 29),
+        ((None, 30.0), 24 * 30 + 25 * 30),
+    ):
+        near = [c - offset if side else c for c, side in zip((x, y), box, strict=True)]
+        i, _ = check(*near, 0.5, box=box)
+        assert i.size == count
 
 
 @settings(max_examples=300, deadline=None)
@@ -87,16 +102,16 @@ def test_balls_that_just_touch(offset):
     st.lists(st.tuples(st.integers(-40, 40), st.integers(-40, 40), st.integers(0, 12)), min_size=2, max_size=60),
     st.sampled_from([1.0, 0.1, 1 / 3, 1e-160, 1e140]),
     st.integers(0, 3),
-    st.none() | st.tuples(st.integers(54, 90), st.integers(54, 200)),
+    st.tuples(st.none() | st.integers(54, 90), st.none() | st.integers(54, 200)),
 )
 def test_lattices_of_any_scale(balls, unit, margin, box):
     # On a lattice balls are often at exactly the distance that counts.
     x, y, radius = unit * np.array(balls, float).T
-    options = {"margin": margin * unit}
-    if box is not None and 54 * unit >= 1e-150 and 200 * unit <= 1e150:
-        least = 2 * (2 * radius.max() + options["margin"])  # which 54 units may fall short of by a rounding
-        options["box"] = tuple(max(least, side * unit) for side in box)
-    check(x, y, radius, **options)
+    margin = margin * unit
+    least = 2 * (2 * radius.max() + margin)  # which 54 units may fall short of by a rounding
+    if not (54 * unit >= 1e-150 and 200 * unit <= 1e150):
+        box = None, None
+    check(x, y, radius, margin=margin, box=tuple(side and max(least, side * unit) for side in box))
 
 
 @settings(max_examples=200, deadline=None)
@@ -108,7 +123,8 @@ def test_positions_of_any_size(points, data):
     check(np.append(x, x[0]), np.append(y, y[0]), radius)
     side = data.draw(st.sampled_from([4 * radius, 1e3, 1e150]))
     if max(1e-150, 4 * radius) <= side:
-        check(x, y, radius, box=(side, side))
+        for space in SPACES:
+            check(x, y, radius, box=box_of(space, (side, side)))
 
 
 @pytest.mark.parametrize("far", [1e4, 1e9, 1e16, 1e30, 1e300])
@@ -117,20 +133,24 @@ def test_positions_of_any_size(points, data):
 def test_a_ball_in_the_far_distance(far, axis, size):
     rng = np.random.default_rng(2)
     n = size
-    x, y, _ = scatter(n, 0.4, rng)
-    near = collide.find_contacts(x, y, 1.0)
-    (x, y)[axis][0] = far
-    i, j = peak_of(x, y)
-    keep = (near.i != 0) & (near.j != 0)
-    assert sorted(zip(i, j, strict=True)) == sorted(zip(near.i[keep], near.j[keep], strict=True))
+    x, y, sides = scatter(n, 0.4, rng)
+    for channel in (False, True):
+        box = tuple(side if channel and k != axis else None for k, side in enumerate(sides))
+        moved = [x, y]
+        near = collide.find_contacts(*moved, 1.0, box=box)
+        moved[axis] = moved[axis].copy()
+        moved[axis][0] = far
+        i, j = peak_of(*moved, box=box)
+        keep = (near.i != 0) & (near.j != 0)
+        assert sorted(zip(i, j, strict=True)) == sorted(zip(near.i[keep], near.j[keep], strict=True))
 
 
-def peak_of(x, y):
+def peak_of(x, y, box=None):
     """The contacts of balls of radius 1, if they take up to 100 bytes a ball beyond themselves."""
     kept = collide.get_spare_memory()
     collide.set_spare_memory(0)
     tracemalloc.start()
-    i, j = collide.find_contacts(x, y, 1.0)
+    i, j = collide.find_contacts(x, y, 1.0, box=box)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     collide.set_spare_memory(kept)
@@ -152,7 +172,27 @@ def test_clusters_far_apart():
     x, y = rng.uniform(0, 50, (2, 1200))
     x[:600] += 1e12
     y[300:900] -= 1e7
-    assert check(x, y, 0.5)[0].size > 100
+    for box in ((None, None), (None, 60.0), (60.0, None)):
+        assert check(x, y, 0.5, box=box)[0].size > 100
+
+
+@in_every_space
+def test_a_box_counts_on_the_axes_that_it_has(space):
+    """What is nearer through the box than in open space is all that the box adds, axis by axis."""
+    rng = np.random.default_rng(11)
+    x, y, sides = scatter(3000, 0.4, rng)
+    found = {*zip(*map(np.ndarray.tolist, collide.find_contacts(x, y, 1.0, box=box_of(space, sides))), strict=True)}
+    whole = collide.find_contacts(x, y, 1.0, box=sides)
+    through = [abs(c[whole.i] - c[whole.j]) > side / 2 for c, side in zip((x, y), sides, strict=True)]
+    for axis, periodic in enumerate(SPACES[space]):
+        assert through[axis].any()
+        through[axis] &= not periodic
+    stay = ~(through[0] | through[1])
+    assert found == {*zip(whole.i[stay].tolist(), whole.j[stay].tolist(), strict=True)}
+    if space == "open":
+        np.testing.assert_array_equal(
+            collide.find_contacts(x, y, 1.0), collide.find_contacts(x, y, 1.0, box=[None] * 2)
+        )
 
 
 @sizes(usual=1000, campaign=3000)
@@ -191,8 +231,8 @@ def test_distances_whose_squares_underflow():
 
 
 @pytest.mark.usefixtures("keep_threads")
-@pytest.mark.parametrize("periodic", [False, True])
-def test_the_list_is_the_same_on_any_number_of_threads(periodic):
+@in_every_space
+def test_the_list_is_the_same_on_any_number_of_threads(space):
     rng = np.random.default_rng(5)
     n = 120_000
     radius = np.where(rng.random(n) < 0.005, 1.0, rng.uniform(0.04, 0.1, n))
@@ -200,7 +240,7 @@ def test_the_list_is_the_same_on_any_number_of_threads(periodic):
     lists = []
     for threads in (1, 2, 3, 8):
         collide.set_num_threads(threads)
-        lists.append(collide.find_contacts(x, y, radius, box=box if periodic else None))
+        lists.append(collide.find_contacts(x, y, radius, box=box_of(space, box)))
     for other in lists[1:]:
         np.testing.assert_array_equal(np.stack(lists[0]), np.stack(other))
     assert lists[0].i.size > n // 2
@@ -240,7 +280,7 @@ def test_inputs_of_all_kinds():
     np.testing.assert_array_equal(frozen, x)
 
 
-@pytest.mark.parametrize("box", [None, (9.0, 9.0)])
+@pytest.mark.parametrize("box", [None, (9.0, 9.0), (None, 9.0)])
 def test_none_or_one(box):
     for n in (0, 1):
         i, j = collide.find_contacts(np.zeros(n), np.zeros(n), np.ones(n), box=box)
@@ -268,6 +308,7 @@ def test_none_or_one(box):
         ({"margin": np.nan}, ValueError, r"margin = nan: must be one finite number >= 0"),
         ({"margin": [0.1, 0.2]}, ValueError, r"margin = \[0.1, 0.2\]: must be one finite number >= 0"),
         ({"margin": "wide"}, TypeError, r"margin: the dtype <U4 is not supported"),
+        ({"box": (None, 3.9)}, ValueError, r"box\[1\] = 3.9: must be at least 4.0, twice as far as balls touch"),
         ({"box": (4.0, 3.9)}, ValueError, r"box\[1\] = 3.9: must be at least 4.0, twice as far as balls touch"),
         ({"box": (4.0, 4.0), "margin": 1.0}, ValueError, r"box\[0\] = 4.0: must be at least 6.0"),
         ({"box": (0.0, 9.0)}, ValueError, r"box\[0\] = 0.0: must be from 1e-150 to 1e\+150"),
@@ -337,9 +378,9 @@ TRAPS = {
 }
 
 
-@pytest.mark.parametrize("periodic", [False, True])
+@in_every_space
 @pytest.mark.parametrize("trap", TRAPS)
-def test_nothing_makes_it_quadratic(trap, periodic, monkeypatch):
+def test_nothing_makes_it_quadratic(trap, space, monkeypatch):
     x, y, radius, box = TRAPS[trap]()
     seen = []
 
@@ -349,7 +390,7 @@ def test_nothing_makes_it_quadratic(trap, periodic, monkeypatch):
             return lambda *arguments: seen.append(arguments) or _grid.SEARCH.compiled(*arguments)
 
     monkeypatch.setattr(_search, "SEARCH", Search())
-    collide.find_contacts(x, y, radius, box=box if periodic else None)
+    collide.find_contacts(x, y, radius, box=box_of(space, box))
     _, _, _, _, _, ends, grids, *_ = seen[0]
     slots = [*grids["slot"], ends.size - 1]
     balls = np.diff(ends[slots])
@@ -369,5 +410,11 @@ def test_neighbours_across_a_turn_of_a_far_torus():
     """Of 64 columns; so far out, a turn's number times the twist is more than a float64 counts to."""
     n, width = 100_000, 64 * 4.0  # of balls of radius 1, whose cells are a power of two here
     border = 2.0**52 + width * np.arange(n)
-    i, j = collide.find_contacts(np.concatenate((border - 1.0, border)), np.zeros(2 * n), 1.0)
-    assert sorted(zip(i.tolist(), j.tolist(), strict=True)) == [(k, n + k) for k in range(n)]
+    x = np.concatenate((border - 1.0, border))
+    for y, box in (
+        (np.zeros(2 * n), None),
+        (np.zeros(2 * n), (None, 1000.0)),
+        (np.where(x > 2.0**53, 5e9, 7.0), (None, 1e10)),
+    ):
+        i, j = collide.find_contacts(x, y, 1.0, box=box)
+        assert sorted(zip(i.tolist(), j.tolist(), strict=True)) == [(k, n + k) for k in range(n)]
