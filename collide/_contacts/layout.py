@@ -19,8 +19,8 @@ Bounds = tuple[float, float]  # the least and the largest
 Sample = Callable[["Level"], tuple[Array, Array]]  # the cells of some balls of a level
 
 # A grid of more cells than this a ball is folded onto half of that.
-_CELLS_A_BALL = 4.0
-_FEW = 64  # cells that any grid may have, and the columns of a twisted one
+_CELLS_A_BALL = 4
+_FEW = 64  # cells that any grid may have, and the least columns of a folded one, if there are more
 
 
 class Level(NamedTuple):
@@ -70,7 +70,7 @@ def lay_out(
     which = np.zeros(LEVELS, np.int64)
     for level in levels:
         cell = smallest_cell(2.0 * level.radius + margin, bounds, box)
-        if plans and math.prod(_cells(cell, bounds, box)) > _CELLS_A_BALL * level.balls + _FEW:
+        if plans and math.prod(_cells(cell, bounds, box)) > most_slots(level.balls):
             cell = _coarsened(cell, plans[-1].cell, level.balls, *sample(level))
         if plans and 2.0 * cell > plans[-1].cell:
             plans[-1] = plans[-1]._replace(balls=plans[-1].balls + level.balls)
@@ -98,6 +98,12 @@ def _coarsened(cell: float, limit: float, balls: int, xs: Array, ys: Array) -> f
         shared = float((counts * (counts - 1.0)).sum()) * balls > float(xs.size) ** 2
         least, most = (least, middle - 1) if shared else (middle, most)
     return math.ldexp(cell, least)
+
+
+@formula
+def most_slots(balls: Any) -> Any:
+    """How many a grid has at most."""
+    return _CELLS_A_BALL * balls + _FEW
 
 
 @formula
@@ -145,10 +151,10 @@ def torus_of(cell: Any, balls: Any, bounds: Any, box: Any) -> tuple[Any, ...]:
     """
     per_x, n_x, x0 = _axis(cell, bounds[0], box[0])
     per_y, n_y, y0 = _axis(cell, bounds[1], box[1])
-    if n_x * n_y <= _CELLS_A_BALL * balls + _FEW:
+    if n_x * n_y <= most_slots(balls):
         return per_x, per_y, x0, y0, n_x, n_y, 0.0
     # Few columns, and a turn around them starts somewhere else: then no line has all its balls in a few cells.
-    slots = _CELLS_A_BALL / 2.0 * balls
+    slots = 0.5 * _CELLS_A_BALL * balls
     columns = min(n_x, max(float(_FEW), slots / n_y // 1.0))
     if box[0] == 0.0 and columns < n_x:
         columns = 2.0 / inverse_power_of_two((columns,))  # the power of two below: see column_and_row

@@ -10,19 +10,25 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import collide
+from collide._contacts import at_once as _at_once
 from collide._contacts import grid as _grid
 from collide._contacts import search as _search
+from collide._contacts import state as _state
 from tests.helpers import naive
 from tests.helpers.sizes import sizes
 
 
 def check(x, y, radius, **options):
-    """The contacts, if they are those of the oracle, each once."""
-    i, j = collide.find_contacts(x, y, radius, **options)
-    assert i.dtype == j.dtype == np.intp
-    assert (i < j).all()
-    order = np.lexsort((j, i))
-    np.testing.assert_array_equal(np.stack([i, j], axis=1)[order], naive.find_contacts(x, y, radius, **options))
+    """The contacts, if they are those of the oracle, each once, in both ways: at once, and as those of many balls."""
+    want = naive.find_contacts(x, y, radius, **options)
+    for most in (0, _at_once.MOST):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(_at_once, "MOST", most)
+            i, j = collide.find_contacts(x, y, radius, **options)
+        assert i.dtype == j.dtype == np.intp
+        assert (i < j).all()
+        order = np.lexsort((j, i))
+        np.testing.assert_array_equal(np.stack([i, j], axis=1)[order], want)
     return i, j
 
 
@@ -218,6 +224,33 @@ def test_no_more_contacts_than_there_is_memory_for(monkeypatch):
     assert 30_000 < collide.find_contacts(x, y, 1.0).i.size < 90_000
 
 
+@in_every_space
+@pytest.mark.parametrize("packing", [1e-3, 0.4])
+def test_few_balls_are_searched_at_once_and_listed_in_the_same_order(packing, space, monkeypatch):
+    x, y, box = scatter(_at_once.MOST, packing, np.random.default_rng(12))
+    kernels = "ARRANGE", "LIST", "PLACE", "SEARCH", "SPREAD"
+    with monkeypatch.context() as patch:
+        for name in kernels:
+            patch.delattr(_search, name)
+        short = [collide.find_contacts(x[:n], y[:n], 1.0, box=box_of(space, box)) for n in (2, 100, x.size)]
+    monkeypatch.delattr(_at_once._AT_ONCE, "compiled")
+    monkeypatch.setattr(_at_once, "MOST", x.size - 1)
+    np.testing.assert_array_equal(short[-1], collide.find_contacts(x, y, 1.0, box=box_of(space, box)))
+    assert short[-1].i.size > 10
+    apart = abs(np.diff(x[short[-1].i])) + abs(np.diff(y[short[-1].i]))
+    assert packing < 0.1 or np.median(apart) < 10  # neighbours in space are near each other in the list
+
+
+def test_more_contacts_than_there_is_room_for():
+    """As few balls as may be, and as many contacts: those before the room ends, at it and beyond."""
+    rng = np.random.default_rng(13)
+    for n in (*range(2, 30), 100, 500):
+        for packing in (1.0, 2.0, 3.0):
+            x, y, _ = scatter(n, packing, rng)
+            check(x, y, 1.0)
+        check(np.zeros(n), np.zeros(n), 1.0)
+
+
 def test_one_radius_for_all_is_one_level():
     for size in (0.0, 1.0):
         common = np.array([(size, 0.0, 0.0, 0.0)], _grid.COMMON)
@@ -287,6 +320,22 @@ def test_none_or_one(box):
         assert i.size == j.size == 0
         assert i.dtype == j.dtype == np.intp
     assert collide.find_contacts([], [], 1.0, box=box).i.size == 0
+
+
+def test_the_least_and_the_largest_wherever_they_are():
+    rng = np.random.default_rng(14)
+    assert _state.bounds("x", np.empty(0)) == (0.0, 0.0)
+    for n in (*range(1, 14), 1000):
+        a = rng.normal(size=n)
+        for k in range(n):
+            for value in (-9.0, 9.0, -1.7e308, 0.0):
+                b = a.copy()
+                b[k] = value
+                assert _state.bounds("x", b) == (b.min(), b.max())
+            for value in (np.nan, np.inf, -np.inf):
+                b[k] = value
+                with pytest.raises(ValueError, match=rf"^x(\[{k}\])? = {value}: must be finite"):
+                    _state.bounds("x", b)
 
 
 @pytest.mark.fast
@@ -390,6 +439,7 @@ def test_nothing_makes_it_quadratic(trap, space, monkeypatch):
             return lambda *arguments: seen.append(arguments) or _grid.SEARCH.compiled(*arguments)
 
     monkeypatch.setattr(_search, "SEARCH", Search())
+    monkeypatch.setattr(_at_once, "MOST", 0)
     collide.find_contacts(x, y, radius, box=box_of(space, box))
     _, _, _, _, _, ends, grids, *_ = seen[0]
     slots = [*grids["slot"], ends.size - 1]
@@ -403,6 +453,31 @@ def test_nothing_makes_it_quadratic(trap, space, monkeypatch):
             cells = (2 * reach * grids["per_x"][h] + 2) * (2 * reach * grids["per_y"][h] + 2)
             looked_at += balls[g] * min(cells, slots[h + 1] - slots[h])
     assert looked_at / x.size < 40
+
+
+@in_every_space
+@pytest.mark.parametrize("trap", TRAPS)
+def test_nothing_makes_it_quadratic_at_once(trap, space, monkeypatch):
+    x, y, radius, box = TRAPS[trap]()
+    taken = []
+
+    class Search:
+        @property
+        def compiled(self):
+            return lambda *arguments: taken.append((arguments, kernel(*arguments))) or taken[0][1]
+
+    kernel = _at_once._AT_ONCE.compiled
+    monkeypatch.setattr(_at_once, "_AT_ONCE", Search())
+    collide.find_contacts(x, y, radius, box=box_of(space, box))
+    (*_, grids, _, numbers, room), found = taken[0]
+    if found >= 0:
+        marks = numbers[2 * room :][: x.size]
+        _, balls = np.unique(np.where(marks < 0, ~marks, marks), return_counts=True)
+        assert balls.sum() == x.size
+        assert (balls.astype(float) ** 2).sum() / x.size < 40
+        assert grids[0]["columns"] * grids[0]["rows"] < 5 * x.size
+    if "gas" in trap or "sizes" in trap or "specks" in trap:
+        assert (found < 0) == (trap in ("few balls among specks", "sizes over six decades", "sizes 1 to 20"))
 
 
 @pytest.mark.fast

@@ -36,6 +36,7 @@ ORDER = """
     _cli.limit  _pairs.execution  _contacts.torus  _contacts.state
     _contacts.grid
     _contacts.layout
+    _contacts.at_once
     _contacts.search  _contacts.in_order  _tables.conservation  _tables.by_name  _pairs.vectors
     batch  contacts  _tables.stream  _tables.arrow_batches
     arrow  _tables.numpy_files  _tables.arrow_files  dask
