@@ -13,7 +13,7 @@ from .._compile import kept_memory
 from .._compile.gather import WINDOW
 from .._compile.kernel import Kernel
 from .._typing import Array
-from .grid import BLOCK, GRID, GRIDS, IN, INT32, OUT, mark, rank, walk
+from .grid import BLOCK, GRID, GRIDS, IN, INT32, OUT, marked, rank, slot_of, walk
 from .layout import Bounds, most_slots, smallest_cell, torus_of
 from .torus import wrap
 
@@ -43,7 +43,7 @@ def _kernel_at_once(  # type: ignore[no-untyped-def]  # compiled only
     marks, slots, index, starts = rest[:n], rest[n : 2 * n], rest[2 * n : 3 * n + WINDOW], rest[3 * n + WINDOW :]
     xs, ys, radii = memory[: n + WINDOW], memory[n + WINDOW : 2 * (n + WINDOW)], memory[2 * (n + WINDOW) :]
     for k in range(n):
-        marks[k] = mark(x[k], y[k], box, torus, 0)
+        marks[k] = marked(*slot_of(x[k], y[k], box, torus))
     starts[0], crowd = 0, 0
     rank(marks, 0, n, starts, 0, n_slots, index)
     for s in range(n_slots):

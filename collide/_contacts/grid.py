@@ -18,7 +18,7 @@ from .._compile.elementwise import select
 from .._compile.gather import WINDOW, put_pairs, window
 from .._compile.kernel import Kernel
 from .._compile.lanes import count, leading
-from .._compile.options import formula, rare
+from .._compile.options import compiles, formula, rare
 from .torus import column_and_row, span, wrap
 
 LEVELS = 32  # sizes below 2**-31 of the largest share the last grid
@@ -72,7 +72,7 @@ def _sample(x, y, radius, common, level, chance, xs, ys, start, stop):  # type: 
 
 
 def _place(x, y, radius, common, which, grids, shift, slots, counts, start, stop):  # type: ignore[no-untyped-def]  # compiled only
-    """The slot of each ball, marked as `_slot` says, and how many balls of each chunk fall into each bucket."""
+    """The slot of each ball, marked, and how many balls of each chunk fall into each bucket."""
     largest, margin, lx, ly = common[0].largest, common[0].margin, common[0].lx, common[0].ly
     g = -1
     for chunk in range(start // CHUNK, (stop - 1) // CHUNK + 1):
@@ -85,24 +85,30 @@ def _place(x, y, radius, common, which, grids, shift, slots, counts, start, stop
                 per_x, x0, columns = grid.per_x, grid.x0, grid.columns
                 per_y, y0, rows = grid.per_y, grid.y0, grid.rows
                 begin, twist = grid.slot, grid.twist
-            slots[k] = mark(x[k], y[k], (lx, ly), (per_x, per_y, x0, y0, columns, rows, twist), begin)
-            tally[_slot(slots[k]) >> shift] += 1
+            slot, inside = slot_of(x[k], y[k], (lx, ly), (per_x, per_y, x0, y0, columns, rows, twist))
+            slots[k] = marked(begin + slot, inside)
+            tally[(begin + slot) >> shift] += 1
 
 
 @formula
-def mark(x: Any, y: Any, box: Any, torus: Any, begin: Any) -> Any:
-    """The slot of a ball in a grid whose first is `begin`, marked as `_slot` says."""
+def slot_of(x: Any, y: Any, box: Any, torus: Any) -> tuple[Any, Any]:
+    """The slot of a grid in which a place is, and whether that is off the border."""
     per_x, per_y, x0, y0, columns, rows, twist = torus
     cell_x, cell_y = np.floor(wrap(x, box[0]) * per_x) - x0, np.floor(wrap(y, box[1]) * per_y) - y0
     column, row = column_and_row(cell_x, cell_y, columns, rows, twist)
-    slot = begin + int(row * columns + column)
     inside = (column > 0.0) & (column < columns - 1.0) & (row > 0.0) & (row < rows - 1.0)
+    return int(row * columns + column), inside
+
+
+@formula
+def marked(slot: Any, inside: Any) -> Any:
+    """~slot on the border of a grid, where neighbours may be at its other end."""
     return slot if inside else ~slot
 
 
 @formula
 def _slot(mark: Any) -> Any:
-    """The slot that a mark stands for: ~slot on the border of a grid, where neighbours may be at its other end."""
+    """The slot that is marked."""
     return mark ^ (mark >> 31)
 
 
@@ -125,7 +131,7 @@ def _arrange(balls, buckets, shift, starts, x, y, radius, index, slots, start, s
     for bucket in range(start >> shift, ((stop - 1) >> shift) + 1):
         lowest, highest = bucket << shift, min((bucket + 1) << shift, starts.size - 1)
         # First where each goes: to move the balls themselves at once, into five arrays, took a fifth longer.
-        rank(balls.slot, buckets[bucket], buckets[bucket + 1], starts, lowest, highest, index)
+        rank(balls, buckets[bucket], buckets[bucket + 1], starts, lowest, highest, index)
         for p in range(buckets[bucket], buckets[bucket + 1]):
             ball = balls[index[p]]
             x[p], y[p], radius[p], index[p], slots[p] = ball.x, ball.y, ball.radius, ball.index, ball.slot
@@ -133,18 +139,28 @@ def _arrange(balls, buckets, shift, starts, x, y, radius, index, slots, start, s
 
 @formula
 def rank(marks: Any, first: Any, stop: Any, starts: Any, lowest: Any, highest: Any, order: Any) -> None:
-    """Puts the numbers first to stop in the order of the slots that their marks stand for, from lowest to highest."""
+    """Puts the numbers from first to stop in the order of the slots, lowest to highest, that their marks stand for."""
     for s in range(lowest, highest):
         starts[s + 1] = 0
     for k in range(first, stop):
-        starts[_slot(marks[k]) + 1] += 1
+        starts[_slot(_mark_of(marks, k)) + 1] += 1
     at = first
     for s in range(lowest, highest):
         at, starts[s + 1] = at + starts[s + 1], at
     for k in range(first, stop):
-        s = _slot(marks[k])
+        s = _slot(_mark_of(marks, k))
         order[starts[s + 1]] = k
         starts[s + 1] += 1
+
+
+def _mark_of(marks: Any, k: Any) -> Any:
+    """That of ball k, of marks, or of balls that have them."""
+    return marks[k]
+
+
+@compiles(_mark_of)
+def _pick_mark(marks: Any, k: Any) -> Any:
+    return (lambda marks, k: marks[k].slot) if isinstance(marks.dtype, types.Record) else _mark_of
 
 
 def _search(x, y, radius, index, slots, starts, grids, common, most, totals, noted_i, noted_j, start, stop):  # type: ignore[no-untyped-def]  # compiled only

@@ -2,7 +2,7 @@
 
 Contacts are counted before they are listed, so that no memory but the list grows with it. Every pass runs on all
 threads; the order of the list is that of the slots, and within a slot that of the balls' numbers, on any number of
-threads.
+threads. Few balls take a shorter way, that of at_once.py.
 """
 
 from __future__ import annotations

@@ -85,7 +85,7 @@ def sides(box: Any) -> tuple[float, float]:
 
 def bounds(name: str, array: Array) -> tuple[float, float]:
     """The least and the largest, if all are finite."""
-    least, largest, finite = _BOUNDS.compiled(array)
+    least, largest, finite = _BOUNDS.compiled(np.ascontiguousarray(array, np.float64))
     if not finite:
         raise ValueError(f"{name}{first(array, ~np.isfinite(array))}: must be finite")
     return least, largest

@@ -29,6 +29,7 @@ GOLDEN = {
     "impulse_2d": ("d73d6f2ef625ae69", "5728a00168ec71a3"),
     "time_of_impact": ("c4b3ca919c15f413", "c26838aeceead43d"),
     "find_contacts": ("2e73d3f86e5c4e39", "9fd92fed33ba52e7"),
+    "find_contacts, few": ("b4b3d858951456d1", "0ab9b773ee24b6cd"),
     "resolve_contacts": ("d8c804be80ccc6ad", "058e41316b7a8645"),
 }
 
@@ -44,6 +45,9 @@ def case(name):
     if name == "time_of_impact":
         c = *pairs.uniform(rng, -9, 9, (4, N)), pairs.uniform(rng, 0, 5, N)
         return c, [collide.time_of_impact(*c)]
+    if name == "find_contacts, few":
+        x, y, radius = *pairs.uniform(rng, 0, 70, (2, 1000)), 0.02 * rng.integers(1, 60, 1000)
+        return (x, y, radius), collide.find_contacts(x, y, radius, box=(70, None), margin=0.25)
     x, y = pairs.uniform(rng, 0, 700, (2, N))
     radius = 0.02 * rng.integers(1, 60, N)
     i, j = collide.find_contacts(x, y, radius, box=(700, 700), margin=0.25)

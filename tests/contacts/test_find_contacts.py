@@ -164,9 +164,10 @@ def peak_of(x, y, box=None):
     return i, j
 
 
+@pytest.mark.parametrize("n", [200_000, _at_once.MOST])
 @pytest.mark.parametrize("packing", [1e-6, 0.1, 0.2, 0.4, 2.0])
-def test_memory(packing):
-    x, y, _ = scatter(200_000, packing, np.random.default_rng(3))
+def test_memory(packing, n):
+    x, y, _ = scatter(n, packing, np.random.default_rng(3))
     collide.find_contacts(x, y, 1.0)  # the process's first call loads the kernels too, which takes 17 MB
     peak_of(x, y)
     peak_of(x, y)
@@ -325,6 +326,7 @@ def test_none_or_one(box):
 def test_the_least_and_the_largest_wherever_they_are():
     rng = np.random.default_rng(14)
     assert _state.bounds("x", np.empty(0)) == (0.0, 0.0)
+    assert _state.bounds("x", np.arange(9, dtype=np.float32)[::-2]) == (0.0, 8.0)
     for n in (*range(1, 14), 1000):
         a = rng.normal(size=n)
         for k in range(n):
