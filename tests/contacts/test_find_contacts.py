@@ -250,6 +250,24 @@ def test_more_contacts_than_there_is_room_for():
             x, y, _ = scatter(n, packing, rng)
             check(x, y, 1.0)
         check(np.zeros(n), np.zeros(n), 1.0)
+    for crowd in range(17, 40):  # in one place, and others apart: the room, 4 n + 64, ends with the last contact
+        n = -(-(crowd * (crowd - 1) // 2 - 64) // 4)
+        x = 9.0 * np.maximum(0, np.arange(n) - crowd + 1)
+        assert 0 <= 4 * n + 64 - check(x, 0 * x, 1.0)[0].size < 4
+
+
+@in_every_space
+def test_specks_by_the_hundred_in_a_cell_of_large_balls(space):
+    """One grid for all sizes will not do then, though there are slots enough: some are crowded, most are empty."""
+    rng = np.random.default_rng(15)
+    x, y, sides = scatter(3000, 0.01, rng)
+    x[:1500], y[:1500], radius = x[:1500] / 500, y[:1500] / 500, np.where(np.arange(3000) < 1500, 1e-4, 1.0)
+    box = box_of(space, sides)
+    bounds = [_state.bounds("", a) for a in (x, y, radius)]
+    lengths = _state.sides(box)
+    assert _at_once.contacts(x, y, radius, bounds, lengths, 0.0) is None
+    assert _at_once.contacts(x[1500:], y[1500:], radius[1500:], bounds, lengths, 0.0) is not None
+    check(x, y, radius, box=box)
 
 
 def test_one_radius_for_all_is_one_level():
@@ -495,3 +513,17 @@ def test_neighbours_across_a_turn_of_a_far_torus():
     ):
         i, j = collide.find_contacts(x, y, 1.0, box=box)
         assert sorted(zip(i.tolist(), j.tolist(), strict=True)) == [(k, n + k) for k in range(n)]
+
+
+@in_every_space
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("far", [2.0**50, 2.0**53, 2.0**60, 2.0**300])
+def test_pairs_side_by_side_where_cells_are_more_than_float64_counts(far, axis, space):
+    """Nobody else is near. What is far along the one axis is dense along the other."""
+    rng = np.random.default_rng(16)
+    n = 700
+    along, across = np.tile(far * rng.uniform(1.0, 2.0, n), 2), rng.uniform(0.0, 20.0, n)
+    position = [along, np.append(across, across + 1.5)]
+    box = box_of(space, (4.0 * far, 30.0)[:: 1 - 2 * axis])
+    i, j = check(*position[:: 1 - 2 * axis], 1.0, box=box)
+    assert {(k, n + k) for k in range(n)} <= {*zip(i.tolist(), j.tolist(), strict=True)}
