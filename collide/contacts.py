@@ -32,34 +32,54 @@ def find_contacts(
     y: ArrayLike,
     radius: ArrayLike,
     *,
-    box: tuple[float, float] | None = None,
+    box: tuple[float | None, float | None] | None = None,
     margin: float = 0.0,
 ) -> Contacts:
     """All pairs of balls that touch or overlap, or are nearer than that by a margin.
 
         (x_j - x_i)^2 + (y_j - y_i)^2 <= (r_i + r_j + margin)^2        in float64, as written
 
-    x, y: positions of the centres, arrays of shape (n,), finite, of any extent.
-    radius: a number or an array of shape (n,), finite and >= 0. Sizes may differ by any ratio.
-    box: None for open space, or (Lx, Ly) for a periodic one: positions outside wrap into [0, Lx) x [0, Ly) as
-        x % Lx does, and of a ball's images the nearest counts, |dx| or Lx - |dx|. Each side has to be at least twice
-        the longest distance 2 r + margin at which balls may touch.
-    margin: finite, >= 0.
-    All are of bool, integer, float16, float32 or float64, in any consistent set of units.
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+        Positions of the centres, finite, of any extent. Any consistent set of units.
+    radius : array_like, scalar or shape (n,)
+        Radii, finite and >= 0. Sizes may differ by any ratio.
+    box : (Lx, Ly), optional
+        The sides of a periodic box; without it space is open. Positions outside wrap into [0, Lx) x [0, Ly) as x % Lx
+        does, and of a ball's images the nearest counts, |dx| or Lx - |dx|. Each side has to be at least twice the
+        longest distance 2 r + margin at which balls may touch. A side of None is open: (Lx, None) is a channel along x.
+    margin : float, optional
+        Finite and >= 0.
 
-    Returns the named tuple (i, j): two intp arrays, i < j, each pair once. Their order is always the same for the same
-    arguments, whatever the number of threads, and has no other meaning, but that neighbours in space are near each
-    other in the list. Balls are sorted into cells: the time grows with the balls and the contacts, but where large
-    balls lie over dense spots, far apart from each other, of much smaller ones. Besides the list, up to 100 bytes a
-    ball are needed for a while, and 8 more for each column that is not contiguous float64.
+    Returns
+    -------
+    Contacts
+        The named tuple (i, j): two intp arrays, i < j, each pair once. Their order is always the same for the same
+        arguments, whatever the number of threads, and has no other meaning, but that neighbours in space are near each
+        other in the list.
 
-    Raises ValueError for positions that are not finite, negative radii, shapes that do not match, a box that is too
-    small; TypeError for other dtypes and masked arrays; MemoryError for a list that cannot fit into memory.
+    Raises
+    ------
+    ValueError
+        For positions that are not finite, negative radii, shapes that do not match, a box that is too small.
+    TypeError
+        For dtypes other than bool, integers, float16, float32 and float64, and for masked arrays.
+    MemoryError
+        For a list that cannot fit into memory.
 
+    Notes
+    -----
+    Balls are sorted into cells: the time grows with the balls and the contacts, but where large balls lie over dense
+    spots, far apart from each other, of much smaller ones. Besides the list, up to 100 bytes a ball are needed for a
+    while, and 8 more for each column that is not contiguous float64.
+
+    Examples
+    --------
     >>> i, j = collide.find_contacts([0.0, 1.5, 9.5], [0.0, 0.0, 0.0], 1.0)
     >>> i, j
     (array([0]), array([1]))
-    >>> collide.find_contacts([0.0, 1.5, 9.5], [0.0, 0.0, 0.0], 1.0, box=(10.0, 10.0)).i.size
+    >>> collide.find_contacts([0.0, 1.5, 9.5], [0.0, 0.0, 0.0], 1.0, box=(10.0, None)).i.size
     3
     """
     x, y = state.columns(x, y)
@@ -95,7 +115,7 @@ def resolve_contacts(
     *,
     radius: ArrayLike | None = None,
     restitution: ArrayLike = 1.0,
-    box: tuple[float, float] | None = None,
+    box: tuple[float | None, float | None] | None = None,
     invalid: str = "raise",
     impulse: Array | None = None,
 ) -> int:
@@ -121,8 +141,9 @@ def resolve_contacts(
         a margin, serves until some ball has moved half the margin. Finite and >= 0.
     restitution : array_like, a number or shape (k,), optional
         e, finite and >= 0, one value a pair.
-    box : tuple of 2 numbers, optional
-        (Lx, Ly) of a periodic box, in which the nearest of a ball's images counts; None is open space.
+    box : tuple of 2 numbers or None, optional
+        (Lx, Ly) of a periodic box, in which the nearest of a ball's images counts; a side of None is open, and None is
+        open space.
     invalid : {"raise", "keep", "nan"}, optional
         What happens to a pair that breaks a rule, whether it touches or not: a mass that is negative or NaN, two
         masses 0, two of inf that touch and approach, centres in one place, a velocity, position or result that is not

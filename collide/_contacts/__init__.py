@@ -2,6 +2,7 @@
 
 state.py        what is asked of their arguments
 search.py       the search as a whole
+at_once.py      the same in one compiled call, for few balls
 layout.py       how fine its grids are, and how large
 torus.py        where a place of the plane is on a grid
 grid.py         the kernels: balls sorted into a grid, and compared with those around them

@@ -17,7 +17,7 @@ from numba import from_dtype, types
 from .._compile.gather import WINDOW, put_pairs, window
 from .._compile.kernel import Kernel
 from .._compile.lanes import count, leading
-from .._compile.options import formula, rare
+from .._compile.options import compiles, formula, rare
 from .torus import column_and_row, span, touching, wrap
 
 LEVELS = 32  # sizes below 2**-31 of the largest share the last grid
@@ -71,7 +71,7 @@ def _sample(x, y, radius, common, level, chance, xs, ys, start, stop):  # type: 
 
 
 def _place(x, y, radius, common, which, grids, shift, slots, counts, start, stop):  # type: ignore[no-untyped-def]  # compiled only
-    """The slot of each ball, marked as `_slot` says, and how many balls of each chunk fall into each bucket."""
+    """The slot of each ball, marked, and how many balls of each chunk fall into each bucket."""
     largest, margin, lx, ly = common[0].largest, common[0].margin, common[0].lx, common[0].ly
     g = -1
     for chunk in range(start // CHUNK, (stop - 1) // CHUNK + 1):
@@ -84,17 +84,30 @@ def _place(x, y, radius, common, which, grids, shift, slots, counts, start, stop
                 per_x, x0, columns = grid.per_x, grid.x0, grid.columns
                 per_y, y0, rows = grid.per_y, grid.y0, grid.rows
                 begin, twist = grid.slot, grid.twist
-            cell_x, cell_y = np.floor(wrap(x[k], lx) * per_x) - x0, np.floor(wrap(y[k], ly) * per_y) - y0
-            column, row = column_and_row(cell_x, cell_y, columns, rows, twist)
-            slot = begin + int(row * columns + column)
-            inside = (column > 0.0) & (column < columns - 1.0) & (row > 0.0) & (row < rows - 1.0)
-            slots[k] = slot if inside else ~slot
-            tally[slot >> shift] += 1
+            slot, inside = slot_of(x[k], y[k], (lx, ly), (per_x, per_y, x0, y0, columns, rows, twist))
+            slots[k] = marked(begin + slot, inside)
+            tally[(begin + slot) >> shift] += 1
+
+
+@formula
+def slot_of(x: Any, y: Any, box: Any, torus: Any) -> tuple[Any, Any]:
+    """The slot of a grid in which a place is, and whether that is off the border."""
+    per_x, per_y, x0, y0, columns, rows, twist = torus
+    cell_x, cell_y = np.floor(wrap(x, box[0]) * per_x) - x0, np.floor(wrap(y, box[1]) * per_y) - y0
+    column, row = column_and_row(cell_x, cell_y, columns, rows, twist)
+    inside = (column > 0.0) & (column < columns - 1.0) & (row > 0.0) & (row < rows - 1.0)
+    return int(row * columns + column), inside
+
+
+@formula
+def marked(slot: Any, inside: Any) -> Any:
+    """~slot on the border of a grid, where neighbours may be at its other end."""
+    return slot if inside else ~slot
 
 
 @formula
 def _slot(mark: Any) -> Any:
-    """The slot that a mark stands for: ~slot on the border of a grid, where neighbours may be at its other end."""
+    """The slot that is marked."""
     return mark ^ (mark >> 31)
 
 
@@ -116,21 +129,37 @@ def _arrange(balls, buckets, shift, starts, x, y, radius, index, slots, start, s
     """Sorts the balls of the buckets that hold slots start to stop: those of slot s are starts[s] : starts[s + 1]."""
     for bucket in range(start >> shift, ((stop - 1) >> shift) + 1):
         lowest, highest = bucket << shift, min((bucket + 1) << shift, starts.size - 1)
-        for s in range(lowest, highest):
-            starts[s + 1] = 0
-        for k in range(buckets[bucket], buckets[bucket + 1]):
-            starts[_slot(balls[k].slot) + 1] += 1
-        at = buckets[bucket]
-        for s in range(lowest, highest):
-            at, starts[s + 1] = at + starts[s + 1], at
         # First where each goes: to move the balls themselves at once, into five arrays, took a fifth longer.
-        for k in range(buckets[bucket], buckets[bucket + 1]):
-            s = _slot(balls[k].slot)
-            index[starts[s + 1]] = k
-            starts[s + 1] += 1
+        rank(balls, buckets[bucket], buckets[bucket + 1], starts, lowest, highest, index)
         for p in range(buckets[bucket], buckets[bucket + 1]):
             ball = balls[index[p]]
             x[p], y[p], radius[p], index[p], slots[p] = ball.x, ball.y, ball.radius, ball.index, ball.slot
+
+
+@formula
+def rank(marks: Any, first: Any, stop: Any, starts: Any, lowest: Any, highest: Any, order: Any) -> None:
+    """Puts the numbers from first to stop in the order of the slots, lowest to highest, that their marks stand for."""
+    for s in range(lowest, highest):
+        starts[s + 1] = 0
+    for k in range(first, stop):
+        starts[_slot(_mark_of(marks, k)) + 1] += 1
+    at = first
+    for s in range(lowest, highest):
+        at, starts[s + 1] = at + starts[s + 1], at
+    for k in range(first, stop):
+        s = _slot(_mark_of(marks, k))
+        order[starts[s + 1]] = k
+        starts[s + 1] += 1
+
+
+def _mark_of(marks: Any, k: Any) -> Any:
+    """That of ball k, of marks, or of balls that have them."""
+    return marks[k]
+
+
+@compiles(_mark_of)
+def _pick_mark(marks: Any, k: Any) -> Any:
+    return (lambda marks, k: marks[k].slot) if isinstance(marks.dtype, types.Record) else _mark_of
 
 
 def _search(x, y, radius, index, slots, starts, grids, common, most, totals, noted_i, noted_j, start, stop):  # type: ignore[no-untyped-def]  # compiled only
@@ -142,7 +171,7 @@ def _search(x, y, radius, index, slots, starts, grids, common, most, totals, not
     n_found = 0
     for block in range(start // BLOCK, (stop - 1) // BLOCK + 1):
         p, last, at = block * BLOCK, min((block + 1) * BLOCK, stop), block * ROOM
-        end = _walk((x, y, radius, index), limits, slots, starts, grids, p, last, (noted_i, noted_j), at, at + ROOM)
+        end = walk((x, y, radius, index), limits, slots, starts, grids, p, last, (noted_i, noted_j), at, at + ROOM)
         totals[block + 1] = end - at
         n_found += end - at
         if n_found > most:
@@ -160,11 +189,11 @@ def _list(x, y, radius, index, slots, starts, grids, common, totals, noted_i, no
                 i[at + k], j[at + k] = noted_i[noted + k], noted_j[noted + k]
         else:
             p, last = block * BLOCK, min((block + 1) * BLOCK, stop)
-            _walk((x, y, radius, index), limits, slots, starts, grids, p, last, (i, j), at, end + WINDOW)
+            walk((x, y, radius, index), limits, slots, starts, grids, p, last, (i, j), at, end + WINDOW)
 
 
 @rare
-def _walk(
+def walk(
     balls: Any, limits: Any, slots: Any, starts: Any, grids: Any, p: Any, last: Any, pairs: Any, at: Any, room: Any
 ) -> Any:
     """The contacts of the balls p to `last`, each with those after it in its own grid and with all in finer ones.
@@ -226,7 +255,7 @@ def _around(balls: Any, limits: Any, starts: Any, grid: Any, p: Any, first: Any,
 
 @formula
 def _look(balls: Any, limits: Any, p: Any, first: Any, stop: Any, pairs: Any, at: Any, room: Any) -> Any:
-    """The contacts of ball p with the balls first to stop; see `_walk`."""
+    """The contacts of ball p with the balls first to stop; see `walk`."""
     (x, y, radius, index), (margin, lx, ly), (i, j) = balls, limits, pairs
     k = first
     while True:  # also where there are none: most often there are few, and not to ask costs less than a wrong guess
@@ -249,15 +278,15 @@ def _array(element: Any, ndim: int = 1, readonly: bool = False) -> Any:
     return types.Array(element, ndim, "C", readonly=readonly)
 
 
-_IN, _OUT, _NUMBER = _array(types.float64, readonly=True), _array(types.float64), types.float64
-_INT32, _INT64, _TABLE = _array(types.int32), _array(types.int64), _array(types.int64, 2)
-_COMMON, _GRIDS, _BALLS = _array(from_dtype(COMMON)), _array(from_dtype(GRID)), _array(from_dtype(BALL))
+IN, OUT, _NUMBER = _array(types.float64, readonly=True), _array(types.float64), types.float64
+INT32, _INT64, _TABLE = _array(types.int32), _array(types.int64), _array(types.int64, 2)
+_COMMON, GRIDS, _BALLS = _array(from_dtype(COMMON)), _array(from_dtype(GRID)), _array(from_dtype(BALL))
 
-SURVEY = _kernel(_survey, types.void, _IN, _COMMON, _INT64, _OUT)
-SAMPLE = _kernel(_sample, types.int64, _IN, _IN, _IN, _COMMON, types.int64, _NUMBER, _OUT, _OUT)
-PLACE = _kernel(_place, types.void, _IN, _IN, _IN, _COMMON, _INT64, _GRIDS, types.int64, _INT32, _TABLE)
-SPREAD = _kernel(_spread, types.void, _IN, _IN, _IN, _COMMON, _INT32, types.int64, _TABLE, _BALLS)
-ARRANGE = _kernel(_arrange, types.void, _BALLS, _INT64, types.int64, _INT32, *[_OUT] * 3, _INT32, _INT32)
-_SORTED = (*[_OUT] * 3, *[_INT32] * 3, _GRIDS, _COMMON)
-SEARCH = _kernel(_search, types.int64, *_SORTED, types.int64, _INT64, _INT32, _INT32)
-LIST = _kernel(_list, types.void, *_SORTED, _INT64, _INT32, _INT32, _INT64, _INT64)
+SURVEY = _kernel(_survey, types.void, IN, _COMMON, _INT64, OUT)
+SAMPLE = _kernel(_sample, types.int64, IN, IN, IN, _COMMON, types.int64, _NUMBER, OUT, OUT)
+PLACE = _kernel(_place, types.void, IN, IN, IN, _COMMON, _INT64, GRIDS, types.int64, INT32, _TABLE)
+SPREAD = _kernel(_spread, types.void, IN, IN, IN, _COMMON, INT32, types.int64, _TABLE, _BALLS)
+ARRANGE = _kernel(_arrange, types.void, _BALLS, _INT64, types.int64, INT32, *[OUT] * 3, INT32, INT32)
+_SORTED = (*[OUT] * 3, *[INT32] * 3, GRIDS, _COMMON)
+SEARCH = _kernel(_search, types.int64, *_SORTED, types.int64, _INT64, INT32, INT32)
+LIST = _kernel(_list, types.void, *_SORTED, _INT64, INT32, INT32, _INT64, _INT64)

@@ -107,7 +107,8 @@ def _nan(value: Any) -> float:
 
 _in_plane = FORM_2D.step  # a name of its own: compiled code sees no attributes of a form
 
-# Contacts. Two loops each: with the box asked for at each pair, open space took a quarter longer.
+# Contacts. Three loops each: with the box asked for at each pair, open space took a quarter longer, and one with both
+# sides 6 %.
 
 
 @formula
@@ -115,7 +116,9 @@ def _contacts(
     meeting: Any, i: Any, j: Any, e: Any, balls: Any, box: Any, v: Any, impulse: Any, witness: Any, nan: bool
 ) -> Any:
     pairs, states = (i, j, e), (v, impulse, witness, True, nan, 0, i.size)
-    if box[0] > 0.0:
+    if box[0] > 0.0 and box[1] > 0.0:
+        return _in_order(_in_plane, in_the_plane, meeting, pairs, balls, box, *states)
+    if box[0] > 0.0 or box[1] > 0.0:
         return _in_order(_in_plane, in_the_plane, meeting, pairs, balls, box, *states)
     return _in_order(_in_plane, in_the_plane, meeting, pairs, balls, (0.0, 0.0), *states)
 

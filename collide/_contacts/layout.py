@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._compile.elementwise import inverse_power_of_two
+from .._compile.options import formula
 from .._system import threads
 from .._typing import Array
 from .grid import GRID, LEVELS, SURVEY
@@ -17,8 +19,8 @@ Bounds = tuple[float, float]  # the least and the largest
 Sample = Callable[["Level"], tuple[Array, Array]]  # the cells of some balls of a level
 
 # A grid of more cells than this a ball is folded onto half of that.
-_CELLS_A_BALL = 4.0
-_FEW = 64  # cells that any grid may have, and the columns of a twisted one
+_CELLS_A_BALL = 4
+_FEW = 64  # cells that any grid may have, and the least columns of a folded one, if there are more
 
 
 class Level(NamedTuple):
@@ -66,11 +68,9 @@ def lay_out(
     """
     plans: list[_Plan] = []
     which = np.zeros(LEVELS, np.int64)
-    far = max(abs(bound) for pair in bounds for bound in pair)
     for level in levels:
-        # No smaller than what the squares of its distances can tell from 0, and than what float64 can count.
-        cell = max((2.0 * level.radius + margin) * (1.0 + LEEWAY), 2.0**-520, far * 2.0**-900)
-        if plans and math.prod(_cells(cell, bounds, box)) > _CELLS_A_BALL * level.balls + _FEW:
+        cell = smallest_cell(2.0 * level.radius + margin, bounds, box)
+        if plans and math.prod(_cells(cell, bounds, box)) > most_slots(level.balls):
             cell = _coarsened(cell, plans[-1].cell, level.balls, *sample(level))
         if plans and 2.0 * cell > plans[-1].cell:
             plans[-1] = plans[-1]._replace(balls=plans[-1].balls + level.balls)
@@ -79,8 +79,7 @@ def lay_out(
         which[level.number] = len(plans) - 1
     grids, n_slots = np.zeros(len(plans), GRID), 0
     for g, plan in enumerate(plans):
-        layout = _periodic(plan, bounds, box) if box[0] else _open(plan, bounds, box)
-        grids[g] = *layout, plan.radius, n_slots
+        grids[g] = *torus_of(plan.cell, plan.balls, bounds, box), plan.radius, n_slots
         n_slots += int(grids[g]["columns"] * grids[g]["rows"])
     return grids, which, n_slots
 
@@ -101,52 +100,81 @@ def _coarsened(cell: float, limit: float, balls: int, xs: Array, ys: Array) -> f
     return math.ldexp(cell, least)
 
 
-def _cells(cell: float, bounds: tuple[Bounds, Bounds], box: tuple[float, float]) -> list[float]:
-    """Columns and rows of a grid that has no need to be folded.
+@formula
+def most_slots(balls: Any) -> Any:
+    """How many a grid has at most."""
+    return _CELLS_A_BALL * balls + _FEW
+
+
+@formula
+def smallest_cell(reach: Any, bounds: Any, box: Any) -> Any:
+    """As wide as balls reach, but no smaller than what squares of distances tell from 0, and what float64 can count."""
+    far = max(_far(bounds[0], box[0]), _far(bounds[1], box[1]))
+    return max(reach * (1.0 + LEEWAY), 2.0**-520, far * 2.0**-900)
+
+
+@formula
+def _far(bounds: Any, side: Any) -> Any:
+    """How far out in open space balls lie."""
+    return 0.0 if side > 0.0 else max(-bounds[0], bounds[1])
+
+
+@formula
+def _cells(cell: Any, bounds: Any, box: Any) -> Any:
+    """Columns and rows of a grid that has no need to be folded."""
+    return _axis(cell, bounds[0], box[0])[1], _axis(cell, bounds[1], box[1])[1]
+
+
+@formula
+def _axis(cell: Any, bounds: Any, side: Any) -> tuple[Any, Any, Any]:
+    """Along one axis: cells per length, how many there are, up to FAR, and the cell before the first.
 
     In open space one more on either side: then no neighbour lies beyond the border, where looking takes longer.
     """
-    if box[0]:
-        return [max(1.0, min(length / cell // 1.0, FAR)) for length in box]
-    return [float(math.floor(high / cell) - math.floor(low / cell) + 3) for low, high in bounds]
+    low, high = bounds
+    if side > 0.0:
+        cells = max(1.0, min(np.floor(side / cell), FAR))  # none smaller than this
+        return cells / side, cells, 0.0
+    far = _far(bounds, side) > FAR * cell
+    per = 0.25 * inverse_power_of_two((cell,)) if far else 1.0 / cell  # no rounding: cells of a power of two
+    first, last = np.floor(low * per), np.floor(high * per)
+    return per, min(last - first + 3.0, FAR), first - 1.0
 
 
-def _open(plan: _Plan, bounds: tuple[Bounds, Bounds], box: tuple[float, float]) -> tuple[float, ...]:
-    """per_x, per_y, x0, y0, columns, rows, twist of a grid in open space."""
-    far, cell = max(abs(bound) for pair in bounds for bound in pair), plan.cell
-    if far > FAR * cell:
-        cell = math.ldexp(1.0, math.frexp(cell)[1])
-    columns, rows = _cells(cell, bounds, box)
-    if columns * rows <= _CELLS_A_BALL * plan.balls + _FEW:
-        low = (math.floor(pair[0] / cell) - 1.0 for pair in bounds)
-        return 1.0 / cell, 1.0 / cell, *low, columns, rows, 0.0
-    # Few columns, and a turn around them starts somewhere else: then no line has all its balls in a few cells.
-    height = int(_CELLS_A_BALL / 2.0 * plan.balls / _FEW) | 1
-    return 1.0 / cell, 1.0 / cell, 0.0, 0.0, float(_FEW), float(height), _twist(height)
+@formula
+def torus_of(cell: Any, balls: Any, bounds: Any, box: Any) -> tuple[Any, ...]:
+    """per_x, per_y, x0, y0, columns, rows, twist of a grid of so many balls, whose cells are no smaller than this.
 
-
-def _periodic(plan: _Plan, bounds: tuple[Bounds, Bounds], box: tuple[float, float]) -> tuple[float, ...]:
-    """The same for a periodic box, whose sides have to be vectors of the lattice (torus.py): n_x by n_y whole cells.
-
-    (0, n_y) is one where n_y = turns_y rows. (n_x, 0) is one where n_x = turns_x columns, and turns_x twist is a
-    multiple of the rows. If there is room for all cells, one turn in both directions is all.
+    The sides of a periodic box have to be vectors of the lattice (torus.py), n_x and n_y whole cells long. (0, n_y) is
+    one where n_y = turns_y rows. (n_x, 0) is one where n_x = turns_x columns, and turns_x twist is a multiple of the
+    rows. If there is room for all cells, one turn in both directions is all.
     """
-    n_x, n_y = _cells(plan.cell, bounds, box)  # at most, as a cell must not be smaller
-    columns, rows, twist, turns_x, turns_y = n_x, n_y, 0.0, 1.0, 1.0
-    if n_x * n_y > _CELLS_A_BALL * plan.balls + _FEW:
-        slots = _CELLS_A_BALL / 2.0 * plan.balls
-        columns = min(n_x, max(float(_FEW), slots / n_y // 1.0))
-        rows = max(1.0, min(n_y, slots / columns // 1.0))
-        turns_x = n_x // columns
-        # A twist of rows / order times a number that has no divisor in common with it comes back to its row after
-        # `order` turns, and not sooner. So rows and turns are cut to multiples of the order.
-        order = rows // math.ceil(rows / turns_x)
-        turns_x, rows = turns_x // order * order, rows // order * order
-        twist = rows // order * _twist(int(order))
-        turns_y = n_y // rows
-    return columns * turns_x / box[0], rows * turns_y / box[1], 0.0, 0.0, columns, rows, twist
+    per_x, n_x, x0 = _axis(cell, bounds[0], box[0])
+    per_y, n_y, y0 = _axis(cell, bounds[1], box[1])
+    if n_x * n_y <= most_slots(balls):
+        return per_x, per_y, x0, y0, n_x, n_y, 0.0
+    # Few columns, and a turn around them starts somewhere else: then no line has all its balls in a few cells.
+    slots = 0.5 * _CELLS_A_BALL * balls
+    columns = min(n_x, max(float(_FEW), slots / n_y // 1.0))
+    if box[0] == 0.0 and columns < n_x:
+        columns = 2.0 / inverse_power_of_two((columns,))  # the power of two below: see column_and_row
+    rows = max(1.0, min(n_y, slots / columns // 1.0))
+    turns_x = n_x // columns
+    # A twist of rows / order times a number that has no divisor in common with it comes back to its row after `order`
+    # turns, and not sooner. So rows and turns are cut to multiples of the order.
+    order = rows // np.ceil(rows / turns_x)
+    rows = rows // order * order
+    if box[0] > 0.0:
+        per_x = columns * (turns_x // order * order) / box[0]
+    if box[1] > 0.0:
+        per_y = rows * (n_y // rows) / box[1]
+    return per_x, per_y, 0.0, 0.0, columns, rows, rows // order * _twist(order)
 
 
-def _twist(order: int) -> float:
+@formula
+def _twist(order: Any) -> float:
     """A number without a common divisor with the order, a golden section of it: its multiples lie far apart."""
-    return float(next((t for t in range(int(0.618 * order), order) if math.gcd(t, order) == 1), 0))
+    t = int(0.618 * order)
+    while math.gcd(t, int(order)) != 1:
+        t += 1
+    return float(t)

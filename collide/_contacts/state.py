@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-import math
 import reprlib
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NoReturn
 
 import numpy as np
+from numba import types
 from numpy.ma import MaskedArray
 from numpy.typing import ArrayLike
 
+from .._compile.elementwise import select
+from .._compile.gather import WINDOW, window
+from .._compile.kernel import Kernel
+from .._compile.lanes import get
 from .._pairs.arguments import as_array
 from .._typing import Array
 
@@ -144,28 +148,55 @@ def check_length(name: str, array: Array, like: str, n: int) -> None:
 
 
 def sides(box: Any) -> tuple[float, float]:
-    """Of the box; 0 and 0 for none."""
+    """Of the box, Lx and Ly; 0 for a side that is open."""
     if box is None:
         return 0.0, 0.0
-    sides = as_array("box", box)
-    if sides.shape != (2,):
-        raise ValueError(f"box = {reprlib.repr(box)}: must be None or two lengths, (Lx, Ly)")
-    lx, ly = float(sides[0]), float(sides[1])  # or float16 would be compared, and warn
+    is_open = [side is None for side in box] if isinstance(box, list | tuple) else [False, False]
+    given = [0.0 if side is None else side for side in box] if any(is_open) else box
+    lengths = as_array("box", given)
+    if lengths.shape != (2,):
+        raise ValueError(f"box = {reprlib.repr(box)}: must be None or two lengths, (Lx, Ly), of which one may be None")
+    lx, ly = float(lengths[0]), float(lengths[1])  # or float16 would be compared, and warn
     for k, side in enumerate((lx, ly)):
-        if not SHORTEST <= side <= LONGEST:
-            raise ValueError(f"box[{k}] = {sides[k]}: must be from {SHORTEST} to {LONGEST}")
+        if not (is_open[k] or SHORTEST <= side <= LONGEST):
+            raise ValueError(f"box[{k}] = {lengths[k]}: must be from {SHORTEST} to {LONGEST}")
     return lx, ly
 
 
 def bounds(name: str, array: Array) -> tuple[float, float]:
     """The least and the largest, if all are finite."""
-    if array.size > 1:
-        least, largest = float(array.min()), float(array.max())
-    else:
-        least = largest = float(array[0]) if array.size else 0.0
-    if not (math.isfinite(least) and math.isfinite(largest)):
+    least, largest, finite = _BOUNDS.compiled(np.ascontiguousarray(array, np.float64))
+    if not finite:
         raise ValueError(f"{name}{first(array, ~np.isfinite(array))}: must be finite")
     return least, largest
+
+
+def _kernel_bounds(array):  # type: ignore[no-untyped-def]  # compiled only
+    """The least and the largest, 0 of none, and whether all are finite."""
+    n, k = array.size, 0
+    least = largest = array[0] if n > 0 else 0.0
+    zero = 0.0
+    if n >= WINDOW:
+        lows = highs = window(array, 0)
+        zeros = lows - lows
+        while k + WINDOW <= n:
+            some = window(array, k)
+            lows, highs = select(some < lows, some, lows), select(some > highs, some, highs)
+            zeros, k = zeros + (some - some), k + WINDOW  # NaN from the first on that is not finite
+        for lane in range(WINDOW):
+            least, largest = min(least, get(lows, lane)), max(largest, get(highs, lane))
+            zero += get(zeros, lane)
+    while k < n:
+        least, largest = min(least, array[k]), max(largest, array[k])
+        zero, k = zero + (array[k] - array[k]), k + 1
+    return least, largest, zero == 0.0
+
+
+_BOUNDS = Kernel(
+    _kernel_bounds,
+    types.Tuple((types.float64, types.float64, types.boolean))(types.Array(types.float64, 1, "C", readonly=True)),
+    "_kernel_bounds",
+)
 
 
 def first(array: Array, wrong: Array) -> str:

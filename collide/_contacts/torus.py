@@ -38,7 +38,9 @@ def touching(dx: Any, dy: Any, reach: Any, lx: Any, ly: Any) -> Any:
     """Whether balls that lie dx and dy apart, or their nearest images in the box, are within reach of each other."""
     dx, dy = abs(dx), abs(dy)
     if lx > 0.0:
-        dx, dy = select(dx < lx - dx, dx, lx - dx), select(dy < ly - dy, dy, ly - dy)
+        dx = select(dx < lx - dx, dx, lx - dx)
+    if ly > 0.0:
+        dy = select(dy < ly - dy, dy, ly - dy)
     return dx * dx + dy * dy <= reach * reach
 
 

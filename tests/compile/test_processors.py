@@ -32,6 +32,7 @@ GOLDEN = {
     "time_of_impact": ("c4b3ca919c15f413", "c26838aeceead43d"),
     "time_of_impact_3d": ("34e119a5013cebff", "cbbe54ecee05ef42"),
     "find_contacts": ("2e73d3f86e5c4e39", "9fd92fed33ba52e7"),
+    "find_contacts, few": ("b4b3d858951456d1", "0ab9b773ee24b6cd"),
     "resolve_contacts": ("d8c804be80ccc6ad", "058e41316b7a8645"),
     "resolve_contacts of float32 with radii": ("d8c804be80ccc6ad", "3ac044c3791fafae"),
     "resolve_pairs": ("82018196bdde87e4", "ee2fe08129fd0aec"),
@@ -61,6 +62,9 @@ def case(name):
         for u, impulse in ((plane, impulses[0]), (space, impulses[1])):
             collide.resolve_pairs(i, j, m, tuple(u), tuple(n[: len(u)]), restitution=0.7, impulse=impulse)
         return (i, j, m, v, n), [plane, space, impulses]
+    if name == "find_contacts, few":
+        x, y, radius = *pairs.uniform(rng, 0, 70, (2, 1000)), 0.02 * rng.integers(1, 60, 1000)
+        return (x, y, radius), collide.find_contacts(x, y, radius, box=(70, None), margin=0.25)
     x, y = pairs.uniform(rng, 0, 700, (2, N))
     radius = 0.02 * rng.integers(1, 60, N)
     i, j = collide.find_contacts(x, y, radius, box=(700, 700), margin=0.25)

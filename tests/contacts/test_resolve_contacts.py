@@ -15,12 +15,12 @@ def in_order(i, j, m, x, y, vx, vy, restitution=1.0, box=None):
     """The same, pair after pair in plain Python: velocities, impulses, and how many approached."""
     vx, vy, impulse, resolved = vx.copy(), vy.copy(), np.zeros(len(i)), 0
     m, e = np.broadcast_to(m, x.shape), np.broadcast_to(restitution, len(i))
-    if box is not None:
-        x, y = x % box[0], y % box[1]
+    x, y = (c if side is None else c % side for c, side in zip((x, y), box or (None, None), strict=True))
     for k, (a, b) in enumerate(zip(i, j, strict=True)):
-        nx, ny = x[b] - x[a], y[b] - y[a]
-        if box is not None:
-            nx, ny = nx - box[0] * np.rint(nx / box[0]), ny - box[1] * np.rint(ny / box[1])
+        n = x[b] - x[a], y[b] - y[a]
+        nx, ny = (
+            d if side is None else d - side * np.rint(d / side) for d, side in zip(n, box or (None, None), strict=True)
+        )
         pair = m[a], m[b], vx[a], vy[a], vx[b], vy[b], nx, ny, e[k]
         if (vx[a] - vx[b]) * nx + (vy[a] - vy[b]) * ny > 0:
             impulse[k] = collide.scalar.impulse_2d(*pair)
@@ -33,7 +33,7 @@ def state(n, rng):
     return rng.uniform(0.0, 10.0, (2, n)), rng.normal(size=(2, n)), rng.uniform(0.1, 5.0, n)
 
 
-@pytest.mark.parametrize("box", [None, (10.0, 7.0)])
+@pytest.mark.parametrize("box", [None, (10.0, 7.0), (10.0, None), (None, 7.0), (None, None)])
 @pytest.mark.parametrize("masses", ["one", "each", "walls"])
 @pytest.mark.parametrize("restitution", ["elastic", "each"])
 @sizes(usual=1000, campaign=3000)
@@ -77,6 +77,7 @@ def test_the_nearest_image_is_hit():
     vx, vy = np.array([-1.0, 0.0]), np.zeros(2)
     args = [0], [1], 1.0, [0.5, 9.5], [0.0, 40.0], vx, vy
     assert collide.resolve_contacts(*args) == 0
+    assert collide.resolve_contacts(*args, box=(None, 10.0)) == 0
     assert collide.resolve_contacts(*args, box=(10.0, 10.0)) == 1
     assert vx.tolist() == [0.0, -1.0]
 

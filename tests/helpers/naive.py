@@ -133,12 +133,12 @@ def find_contacts(x, y, radius, box=None, margin=0.0):
     radius = np.broadcast_to(np.asarray(radius, np.float64), x.shape)
     square = np.zeros((x.size, x.size))
     with np.errstate(over="ignore", under="ignore"):
-        for k, c in enumerate((x, y)):
-            if box is not None:
-                c = np.where((c >= 0) & (c < box[k]), c, c % box[k])
+        for c, side in zip((x, y), box or (None, None), strict=True):
+            if side is not None:
+                c = np.where((c >= 0) & (c < side), c, c % side)
             d = abs(c - c[:, None])
-            if box is not None:
-                d = np.minimum(d, box[k] - d)
+            if side is not None:
+                d = np.minimum(d, side - d)
             square += d * d
         reach = radius + radius[:, None] + margin
         return np.argwhere(np.triu(square <= reach * reach, 1))

@@ -36,6 +36,7 @@ ORDER = """
     _cli.limit  _pairs.execution  _contacts.torus  _contacts.state
     _contacts.grid
     _contacts.layout
+    _contacts.at_once
     _contacts.search  _tables.conservation  _tables.by_name  _pairs.vectors
     _contacts.in_order
     _contacts.resolution
