@@ -12,6 +12,7 @@ import numpy as np
 
 import collide
 from collide.examples import gas
+from collide.examples.neighbours import Neighbours, start
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Call = Callable[[], Sequence[Array]]
@@ -19,6 +20,7 @@ RESULTS = {"1d": 2, "2d": 4, "3d": 6, "polar": 4, "impact": 1, "impact_3d": 1}
 FORMS = tuple(RESULTS)
 IMPACTS = ("impact", "impact_3d")
 PACKING = 0.4
+GAS_TIME_STEP = 0.01  # in which disks of diameter 1 move that far at a speed of 1; their mean square is 2
 FILE_PAIRS = int(os.environ.get("COLLIDE_FILE_PAIRS", "10000000"))
 STORE_PAIRS = int(os.environ.get("COLLIDE_STORE_PAIRS", "16000000"))
 
@@ -105,7 +107,8 @@ def drawn_pairs(d: int, layout: str) -> tuple[Array, Array, Any, Any]:
 
 def settled_gas(n: int) -> tuple[Array, Array, float]:
     """Positions and velocities of disks between walls, and the side of their box, when the lattice is forgotten."""
-    position, v, side = gas.start(n, 0.3, np.random.default_rng(0))
-    for _ in range(200):
-        gas.step(position, v, side, walls=True)
+    position, v, side = start(n, 0.3, np.random.default_rng(0))
+    near = Neighbours()
+    for _ in range(1000):
+        gas.step(position, v, side, near, GAS_TIME_STEP)
     return position, v, side

@@ -11,12 +11,13 @@ import make_pairs
 import numba
 import numpy as np
 import pyarrow.parquet as pq
-from cases import disks, make_case
-from contestants import SEARCHES, TABLES, by_hand, dask, entered, itself
+from cases import GAS_TIME_STEP, disks, make_case
+from contestants import SEARCHES, TABLES, WALLS, by_hand, dask, entered, itself
 from rounds import Timed, after, calls_a_round
 
 import collide
 from collide.examples import gas
+from collide.examples.neighbours import Neighbours
 
 Duel = tuple[Timed, Timed, int]
 
@@ -93,12 +94,32 @@ def drawing(i: Any, j: Any, v: Any, n: Any) -> Duel:
     return contestant, lambda: collide.resolve_pairs(i, j, 1.0, v, n), 1
 
 
-def gas_step(position: Any, v: Any, side: float, space: Any) -> Duel:
-    """A step of pymunk's, and of collide's: disks move, contacts are found and resolved."""
+def walls(rival: str, n: int, in_rows: bool) -> Duel:
+    """Disks between walls, in rows of (N, 2) or in columns: few bounce, all are looked at."""
+    x, y, radius, side = disks(n)
+    state = np.stack([x, y, *np.random.default_rng(1).normal(size=(2, n))])
+    place, v = (np.array(half, order="F" if in_rows else "C") for half in (state[:2], state[2:]))
+    ours, theirs = [*place, *v], [*place, *v.copy("K")]
+    box = side, side
+    assert collide.resolve_walls(*ours, radius, box) == WALLS[rival](*theirs, radius, side)
+    np.testing.assert_array_equal(ours, theirs)
     return (
-        lambda: space.step(gas.TIME_STEP),
-        lambda: gas.step(position, v, side, walls=True),
-        calls_a_round(position.shape[1], 60e-9),
+        lambda: WALLS[rival](*theirs, radius, side),
+        lambda: collide.resolve_walls(*ours, radius, box),
+        calls_a_round(n, 1.5e-9),
+    )
+
+
+def gas_step(position: Any, v: Any, side: float, space: Any) -> Duel:
+    """A step of pymunk's, and of collide's: disks move, those at walls turn around, contacts are resolved.
+
+    They come from a list that serves until some disk has moved half its margin, as a user would have it.
+    """
+    near = Neighbours()
+    return (
+        lambda: space.step(GAS_TIME_STEP),
+        lambda: gas.step(position, v, side, near, GAS_TIME_STEP),
+        calls_a_round(position.shape[1], 25e-9),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import duels
 import pytest
 from cases import contacts, drawn_pairs, settled_gas
-from contestants import SEARCHES, entered, pymunk
+from contestants import SEARCHES, WALLS, entered, pymunk
 
 
 @pytest.mark.parametrize("rival", SEARCHES)
@@ -29,6 +29,14 @@ def test_resolve(race, benchmark, order):
 def test_drawn_pairs(race, benchmark, d, layout):
     benchmark.group = f"pairs of a million balls in {layout}, {d}D, gathered, resolved and written back by NumPy"
     race(*duels.drawing(*drawn_pairs(d, layout)), 15, drawn=f"{layout} in {d}D")
+
+
+@pytest.mark.parametrize("rival", WALLS)
+@pytest.mark.parametrize("in_rows", [False, True], ids=["columns", "rows"])
+@pytest.mark.parametrize("n", [1, 100, 10_000, 1_000_000])
+def test_walls(race, benchmark, n, in_rows, rival):
+    benchmark.group = f"{n:,} disks at walls, in {'rows' if in_rows else 'columns'}"
+    race(*duels.walls(rival, n, in_rows), 15, walls=n, rival=rival)
 
 
 @pytest.mark.parametrize("threads", [1, 2])

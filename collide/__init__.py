@@ -7,6 +7,7 @@
     time_of_impact, time_of_impact_3d        when pairs that move uniformly will touch
     find_contacts, resolve_contacts          which balls of a state touch, and their collisions in order
     resolve_pairs                            collisions of balls by number, each with a normal of its own
+    resolve_walls                            balls at the walls of a box
     set_num_threads, get_num_threads         how many threads a large batch may use
     set_spare_memory, get_spare_memory       how much memory of results that have died is kept for the next ones
     InvalidPairError                         what a pair without an answer raises
@@ -64,7 +65,7 @@ with interruptible():
         time_of_impact,
         time_of_impact_3d,
     )
-    from .contacts import find_contacts, resolve_contacts, resolve_pairs
+    from .contacts import find_contacts, resolve_contacts, resolve_pairs, resolve_walls
     from .errors import InvalidPairError
 
 __all__ = [
@@ -82,6 +83,7 @@ __all__ = [
     "resolve_contacts",
     "resolve_pairs",
     "resolve_polar",
+    "resolve_walls",
     "scalar",
     "set_num_threads",
     "set_spare_memory",

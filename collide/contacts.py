@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._contacts import resolution, search, state
+from ._contacts import resolution, search, state, walls
 from ._contacts.in_order import CONTACTS, PAIRS, TOUCHING
 from ._pairs.arguments import as_array, gives_nan, truth
 from ._pairs.forms import FORM_2D
@@ -284,3 +284,92 @@ def resolve_pairs(
         return resolution.in_any_order(task, inputs[0], inputs[1], n_balls)
 
     return resolution.resolve(form, given, n_balls, inputs, velocities, impulse, invalid, run)
+
+
+def resolve_walls(
+    x: ArrayLike,
+    y: ArrayLike,
+    vx: Array,
+    vy: Array,
+    radius: ArrayLike,
+    box: tuple[float | None, float | None] | None,
+    *,
+    m: ArrayLike = 1.0,
+    restitution: ArrayLike = 1.0,
+    impulse: Array | None = None,
+) -> int:
+    """Turns around, in place, the balls that move outwards at the walls of the box [0, Lx] x [0, Ly].
+
+        x - radius <= 0  and  vx < 0,    x + radius >= Lx  and  vx > 0:    vx becomes -e vx;    likewise y and vy
+
+    in float64, as written. A ball that is beyond a wall and comes back is left alone, and so is one that only touches;
+    a ball in a corner may bounce off both walls. It runs on the caller's thread.
+
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+        Positions of the centres, finite, wherever they are. Any consistent set of units.
+    vx, vy : arrays, shape (n,)
+        Velocity components, finite; both of float64 or both of float32, writable, of any layout. They are changed.
+    radius : array_like, a number or of shape (n,)
+        Radii, finite and >= 0.
+    box : (Lx, Ly) or None
+        The sides of the box, not below the largest ball's diameter. A side of None has no walls, so that (None, Ly)
+        is a channel; None has none at all, as elsewhere.
+    m : array_like, a number or of shape (n,), optional
+        Masses, >= 0; they matter for the impulse only. An immovable ball, of inf, must not have to bounce.
+    restitution : array_like, a number or of shape (n,), optional
+        e, finite and >= 0. 1 is elastic; 0 takes away all velocity towards the wall.
+    impulse : array of float64, shape (4,), optional
+        To it are added the impulses (1+e) m abs(v) that the walls x = 0, x = Lx, y = 0 and y = Ly get, outwards,
+        one after another in the order of the balls. Over the time and the length of the walls they are the pressure.
+
+    Returns
+    -------
+    int
+        How many bounces there were; a ball in a corner may have two.
+
+    Raises
+    ------
+    ValueError
+        Before anything is written: for what breaks a rule above, a bounce whose velocity or impulse is too large for
+        its dtype, shapes that do not match, outputs that are read-only or share memory.
+    TypeError
+        Likewise, for other dtypes, masked arrays, outputs that are no arrays.
+
+    Notes
+    -----
+    A wall is an immovable ball: a velocity that changes has the bits of ``scalar.resolve_1d(m, inf, v, 0, e)``, which
+    are those of -v where e = 1, and in float32 it is that, rounded once; +0 where e = 0. The impulse has those of
+    ``scalar.impulse_2d``. Inputs of bool, integer, float16, float32 or float64 are taken; those that share memory with
+    vx, vy or impulse count as they were before. Positions and velocities are not copied, where they are of one dtype:
+    the columns of an (n, 2) array will do. Besides, a byte is needed for 64 balls.
+
+    Examples
+    --------
+    The first ball is at a wall, the second in a corner, the third comes back:
+
+    >>> vx, vy = np.array([-1.0, 2.0, 1.0]), np.array([0.5, 3.0, 0.0])
+    >>> impulse = np.zeros(4)
+    >>> collide.resolve_walls([1.0, 9.5, -0.5], [5.0, 9.0, 5.0], vx, vy, 1.0, (10.0, 10.0), impulse=impulse)
+    3
+    >>> vx, vy, impulse
+    (array([ 1., -2.,  1.]), array([ 0.5, -3. ,  0. ]), array([2., 4., 0., 6.]))
+    """
+    n_bounces = walls.at_once((x, y, radius, m, restitution), vx, vy, box, impulse)
+    if n_bounces is not None:
+        return n_bounces
+    columns = dict(zip(("x", "y"), state.as_they_lie(x, y), strict=True))
+    n = columns["x"].size
+    for name, value in (("radius", radius), ("m", m), ("restitution", restitution)):
+        columns[name] = state.values(name, value, "x", n)
+    outputs = state.velocities({"vx": vx, "vy": vy}, "x", n)
+    if impulse is not None:
+        outputs["impulse"] = state.impulses(impulse, "the walls", 4)
+    resolution.check_apart(outputs)
+    sides = state.sides(box)
+    inputs = walls.taken(columns, outputs)
+    n_bounces, k = walls.bounce(inputs, outputs["vx"], outputs["vy"], sides, outputs.get("impulse"))
+    if k != walls.FINE:
+        walls.raise_for(k, columns, outputs, sides)
+    return n_bounces

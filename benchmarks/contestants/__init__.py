@@ -15,6 +15,7 @@ import pytest
 from cases import Call, Case
 
 from . import (
+    by_hand,
     c,
     duckdb,
     itself,
@@ -50,6 +51,7 @@ SEARCHES: dict[str, Callable[..., Any]] = {
     "SciPy's cKDTree.query_pairs": scipy.search,
     "matscipy's neighbour_list": matscipy.search,
 }
+WALLS: dict[str, Callable[..., int]] = {"NumPy": numpy_expression.walls, "a loop of Numba's": by_hand.walls}
 # A folder has a rival of its own, as those that are asked for an expression read none.
 TABLES: dict[str, Callable[..., Any]] = {
     "Polars": polars.table,

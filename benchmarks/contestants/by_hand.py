@@ -1,4 +1,4 @@
-"""Loops that a user of Numba would write by hand, on one thread: over pairs in the plane, and over contacts."""
+"""Loops that a user of Numba would write by hand, on one thread: over pairs in the plane, contacts, balls at walls."""
 
 from __future__ import annotations
 
@@ -75,5 +75,19 @@ def contacts(i, j, x, y, vx, vy):
         if closing > 0.0:
             q = closing / (nx * nx + ny * ny)
             vx[a], vy[a], vx[b], vy[b] = vx[a] - q * nx, vy[a] - q * ny, vx[b] + q * nx, vy[b] + q * ny
+            count += 1
+    return count
+
+
+@numba.njit(error_model="numpy")
+def walls(x, y, vx, vy, radius, side):
+    """For a square, and no checks."""
+    count = 0
+    for k in range(x.size):
+        if (x[k] - radius <= 0.0 and vx[k] < 0.0) or (x[k] + radius >= side and vx[k] > 0.0):
+            vx[k] = -vx[k]
+            count += 1
+        if (y[k] - radius <= 0.0 and vy[k] < 0.0) or (y[k] + radius >= side and vy[k] > 0.0):
+            vy[k] = -vy[k]
             count += 1
     return count

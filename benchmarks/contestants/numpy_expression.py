@@ -32,6 +32,16 @@ def rows(m1: Any, m2: Any, v1: Any, v2: Any, n: Any) -> Any:
     return v1 - (m2 * q)[:, None] * n, v2 + (m1 * q)[:, None] * n
 
 
+def walls(x: Any, y: Any, vx: Any, vy: Any, radius: float, side: float) -> int:
+    """For a square: balls that are at a wall and move outwards turn around."""
+    count = 0
+    for place, v in ((x, vx), (y, vy)):
+        out = ((place - radius <= 0.0) & (v < 0.0)) | ((place + radius >= side) & (v > 0.0))
+        v[out] *= -1.0
+        count += np.count_nonzero(out)
+    return count
+
+
 def polar(m1: Any, m2: Any, v1: Any, theta1: Any, v2: Any, theta2: Any, phi: Any) -> Any:
     """The textbook's formula as it stands."""
     along1, along2 = v1 * np.cos(theta1 - phi), v2 * np.cos(theta2 - phi)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from cases import Array, Call, Case
 
-from collide.examples.gas import RADIUS
+from collide.examples.neighbours import RADIUS
 
 from .missing import MissingError, collisions_on_all_threads_only, peer
 
@@ -62,7 +62,7 @@ def gas(position: Array, v: Array, side: float, threads: int) -> Any:
     space = pm.Space(threaded=threads > 1)
     if threads > 1:
         space.threads = threads
-    space.iterations = 1
+    space.iterations, space.collision_slop = 1, 0.0
     corners = [(0, 0), (side, 0), (side, side), (0, side)]
     for a, b in zip(corners, [*corners[1:], corners[0]], strict=True):
         wall = pm.Segment(space.static_body, a, b, 0.0)

@@ -8,4 +8,5 @@ torus.py        where a place of the plane is on a grid
 grid.py         the kernels: balls sorted into a grid, and compared with those around them
 in_order.py     the kernels: pairs resolved one after another, contacts or with normals of their own
 resolution.py   a resolution as a whole
+walls.py        balls at the walls of the box
 """

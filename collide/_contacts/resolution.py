@@ -41,9 +41,7 @@ def resolve(
     outputs = dict(v)
     if impulse is not None:
         outputs["impulse"] = state.impulses(impulse, "i", inputs[0].size)
-    for (name, u), (other, w) in itertools.combinations(outputs.items(), 2):
-        if share_memory(u, w):
-            raise ValueError(f"{name} and {other} share memory")
+    check_apart(outputs)
     i, j = inputs[:2]
     if not CHECK.compiled(i, j, n_balls):
         state.raise_for_pairs(np.asarray(given[0]), np.asarray(given[1]), n_balls)
@@ -61,6 +59,13 @@ def resolve(
         i, j = apart[:2]
         raise InvalidPairError((first,), n_invalid, f"balls {i[first]} and {j[first]}, as 1 and 2: {reason(pair)}")
     return int(n_resolved)
+
+
+def check_apart(outputs: Mapping[str, Array]) -> None:
+    """Whether what is written shares memory."""
+    for (name, u), (other, w) in itertools.combinations(outputs.items(), 2):
+        if share_memory(u, w):
+            raise ValueError(f"{name} and {other} share memory")
 
 
 def _is_usual(u: Array) -> bool:

@@ -25,22 +25,32 @@ _FLOATS = np.dtype(np.float64), np.dtype(np.float32)
 
 def columns(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
     """The positions, of equal length."""
-    columns = []
-    for name, value in (("x", x), ("y", y)):
-        array = as_array(name, value)
+    x, y = as_they_lie(x, y)
+    return np.ascontiguousarray(x, np.float64), np.ascontiguousarray(y, np.float64)
+
+
+def as_they_lie(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
+    """The same, of any dtype and with gaps."""
+    x, y = as_array("x", x), as_array("y", y)
+    for name, array in (("x", x), ("y", y)):
         if array.ndim != 1:
             raise ValueError(f"{name} has shape {array.shape}: must be one-dimensional")
-        columns.append(np.ascontiguousarray(array, np.float64))
-    check_length("y", columns[1], "x", columns[0].size)
-    return columns[0], columns[1]
+    check_length("y", y, "x", x.size)
+    return x, y
 
 
 def column(name: str, value: ArrayLike, like: str, n: int) -> Array:
     """A number, as an array of one, or n of them."""
+    return np.ascontiguousarray(values(name, value, like, n), np.float64)
+
+
+def values(name: str, value: ArrayLike, like: str, n: int) -> Array:
+    """The same, of any dtype and with gaps."""
     array = as_array(name, value)
-    if array.size != 1:
-        check_length(name, array, like, n)
-    return np.ascontiguousarray(array, np.float64).reshape(-1)
+    if array.size == 1:
+        return array.reshape(-1)
+    check_length(name, array, like, n)
+    return array
 
 
 def pairs(i: ArrayLike, j: ArrayLike) -> tuple[Array, Array]:
@@ -77,11 +87,9 @@ def _aligned(array: Array) -> Array:
 def radii(radius: ArrayLike, like: str, n: int) -> Array:
     """One each, within the rules of `find_contacts`."""
     array = column("radius", radius, like, n)
-    least, largest = bounds("radius", array)
-    if least < 0.0:
-        raise ValueError(f"radius{first(array, array < 0.0)}: must be >= 0")
-    if 2.0 * largest > LONGEST:
-        raise ValueError(f"2 radius = {2.0 * largest} for the largest ball: must be at most {LONGEST}")
+    diameter = 2.0 * largest("radius", array)
+    if diameter > LONGEST:
+        raise ValueError(f"2 radius = {diameter} for the largest ball: must be at most {LONGEST}")
     return one_each("radius", array, like, n)
 
 
@@ -197,6 +205,14 @@ _BOUNDS = Kernel(
     types.Tuple((types.float64, types.float64, types.boolean))(types.Array(types.float64, 1, "C", readonly=True)),
     "_kernel_bounds",
 )
+
+
+def largest(name: str, array: Array) -> float:
+    """Of values that are finite and not negative."""
+    least, most = bounds(name, array)
+    if least < 0.0:
+        raise ValueError(f"{name}{first(array, array < 0.0)}: must be >= 0")
+    return most
 
 
 def first(array: Array, wrong: Array) -> str:

@@ -1,1 +1,10 @@
-"""Runnable examples: `python -m collide.examples.NAME`, each a program of its own. They need the extra `examples`."""
+"""Runnable examples: `python -m collide.examples.NAME`, each a program of its own. They need the extra `examples`.
+
+    gas         disks in a box: Maxwell's distribution, and the pressure of an equation of state
+    cooling     collisions that lose energy: Haff's law
+    brownian    one heavy disk among light ones: from flight to diffusion
+    dsmc        a gas of millions by random collisions, in space
+    galperin    two balls and a wall count the digits of pi
+
+What they share: neighbours.py, the disks of the first three, and pictures.py.
+"""

@@ -1,11 +1,15 @@
 """Two balls and a wall count the digits of pi (G. Galperin, Regul. Chaotic Dyn. 8, 375, 2003).
 
-A ball of mass 100**n comes in from the right, a ball of mass 1 rests between it and the wall on the left. Nothing but
-elastic collisions on a line happens, of the balls and of the small one with the wall: 3, 31, 314, 3141, ... in all.
+A ball of mass M = 100**n comes in from the right, a ball of mass m = 1 rests between it and the wall on the left.
+Nothing but elastic collisions on a line happens, of the balls and of the small one with the wall: 3, 31, 314, 3141, ...
+in all.
 
     python -m collide.examples.galperin [--digits 7] [--save FILE.png]
 
-The picture: with x = sqrt(M) V and y = v the energy is a circle, and each collision a step of one angle around it.
+The picture: V and v are the velocities of the large ball and of the small one. In the plane of sqrt(M) V and sqrt(m) v
+the energy is a circle. Collisions of the balls keep M V + m v, a line across it, and the wall turns v around: two of
+them are a step of one angle, 2 arctan sqrt(m/M), around the circle, until the balls go apart for good. So half a turn,
+pi, takes pi / arctan sqrt(m/M) collisions, less a part of one.
 """
 
 from __future__ import annotations
@@ -18,6 +22,7 @@ import numba
 import numpy as np
 
 import collide
+from collide.examples.pictures import BLUE, GREY, RED, panels, save
 
 
 # As in a user's program: the formula inside brings its own compile options, whatever stands here.
@@ -37,26 +42,29 @@ def collisions(mass: float, path: Any) -> int:
     return count
 
 
-def draw(file: str | None) -> None:
-    from matplotlib import pyplot as plt
-
-    figure, axes = plt.subplots(1, 2, figsize=(8, 4.2))
-    for ax, mass in zip(axes, (100.0, 10_000.0), strict=True):
-        path = np.full((400, 2), np.nan)
-        count = collisions(mass, path)
-        turn = np.linspace(0, 2 * math.pi, 400)
-        radius = math.sqrt(mass)
-        ax.plot(radius * np.cos(turn), radius * np.sin(turn), color="0.7", linewidth=1)
-        ax.plot(radius * path[: count + 1, 0], path[: count + 1, 1], marker=".", linewidth=0.5, markersize=3)
-        ax.set_title(f"M = {mass:,.0f} m: {count} collisions")
-        ax.set_xlabel("sqrt(M) V")
-        ax.set_ylabel("sqrt(m) v")
-        ax.set_aspect("equal")
-    figure.tight_layout()
-    if file:
-        figure.savefig(file, dpi=120)
-    else:
-        plt.show()
+def draw(file: str | None, counts: list[int]) -> None:
+    figure, (left, right) = panels(3.3, 3.5, height=3.3)
+    mass, path = 100.0, np.empty((32, 2))
+    collisions(mass, path)
+    x, y = path[:, 0], path[:, 1] / math.sqrt(mass)  # on a circle of radius 1
+    turn = np.linspace(0.0, 2 * math.pi, 400)
+    left.plot(np.cos(turn), np.sin(turn), color=GREY, linewidth=1)
+    left.plot(x, y, ".-", color=BLUE, linewidth=0.7, markersize=5, label=f"{len(path) - 1} collisions")
+    left.plot(x[0], y[0], "o", color=RED, label="at first")
+    left.plot(x[-1], y[-1], "s", color=RED, label="in the end")
+    left.set(xlabel=r"large ball: $\sqrt{M}\,V$ (of $\sqrt{2E}$)", ylabel=r"small ball: $\sqrt{m}\,v$ (of $\sqrt{2E}$)")
+    left.set(aspect="equal", title=f"$M$ = {mass:.0f} $m$")
+    left.legend(loc="center", frameon=True, framealpha=1, edgecolor="none")
+    n = np.arange(len(counts))
+    right.semilogy(n, math.pi - counts / 10.0**n, "o", color=BLUE, label=r"$\pi - N / \sqrt{M/m}$, for $N$ collisions")
+    right.semilogy(n, 10.0**-n, "--", color=GREY, label="one of the last digit")
+    for k, count in enumerate(counts):
+        place = k, math.pi - count / 10**k
+        right.annotate(f"{count / 10**k:.{k}f}", place, (0, -13), textcoords="offset points", ha="center", fontsize=7)
+    right.set(xlabel=r"$\log_{100} (M/m)$", ylabel=r"what is missing to $\pi$")
+    right.margins(x=0.12, y=0.12)
+    right.legend()
+    save(figure, file)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -70,10 +78,12 @@ def main(arguments: list[str] | None = None) -> None:
     if not 1 <= options.digits <= 8:
         parser.error(f"--digits {options.digits}: must be 1 to 8")
     print(f"{'mass ratio':>18} {'collisions':>12}")
+    counts = []
     for n in range(options.digits):
-        print(f"{100**n:18,} {collisions(float(100**n), np.empty((1, 2))):12,}", flush=True)
+        counts.append(collisions(float(100**n), np.empty((1, 2))))
+        print(f"{100**n:18,} {counts[n]:12,}", flush=True)
     if options.save or options.show:
-        draw(options.save)
+        draw(options.save, counts)
 
 
 if __name__ == "__main__":

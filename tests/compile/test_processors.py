@@ -36,6 +36,7 @@ GOLDEN = {
     "resolve_contacts": ("d8c804be80ccc6ad", "058e41316b7a8645"),
     "resolve_contacts of float32 with radii": ("d8c804be80ccc6ad", "3ac044c3791fafae"),
     "resolve_pairs": ("82018196bdde87e4", "ee2fe08129fd0aec"),
+    "resolve_walls": ("d8c804be80ccc6ad", "b6c912a6bc6b9388"),
 }
 
 
@@ -71,6 +72,10 @@ def case(name):
     if name == "find_contacts":
         return (x, y, radius), [i, j]
     velocities = pairs.uniform(rng, -1, 1, (2, N))
+    if name == "resolve_walls":
+        (vx, vy), impulse = velocities.copy(), np.zeros(4)
+        collide.resolve_walls(x, y, vx, vy, 50 * radius, (700, 700), m=radius, restitution=0.7, impulse=impulse)
+        return (x, y, radius, velocities), [vx, vy, impulse]
     (vx, vy), impulse = velocities.astype(np.float32 if "float32" in name else np.float64), np.empty(i.size)
     options = {"restitution": 0.7, "box": (700, 700), "impulse": impulse}
     options |= {"radius": radius} if "radii" in name else {}

@@ -40,6 +40,7 @@ ORDER = """
     _contacts.search  _tables.conservation  _tables.by_name  _pairs.vectors
     _contacts.in_order
     _contacts.resolution
+    _contacts.walls
     batch  contacts  _tables.stream  _tables.arrow_batches
     arrow  _tables.numpy_files  _tables.arrow_files  dask
     _tables.parquet_files  _tables.ipc_files  _tables.csv_files
@@ -182,6 +183,7 @@ def test_the_public_names():
         "resolve_contacts",
         "resolve_pairs",
         "resolve_polar",
+        "resolve_walls",
         "scalar",
         "set_num_threads",
         "set_spare_memory",

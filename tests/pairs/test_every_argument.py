@@ -62,23 +62,26 @@ FUNCTIONS = {
     "find_contacts": ["x", "y", "radius"],
     "resolve_contacts": ["i", "j", "m", "x", "y", "radius", "restitution"],
     "resolve_pairs": ["i", "j", "m", "restitution"],  # v and n, which have two axes: test_resolve_pairs.py
+    "resolve_walls": ["x", "y", "radius", "m", "restitution"],
 }
-IN_PLACE = ["resolve_contacts", "resolve_pairs"]
+IN_PLACE = ["resolve_contacts", "resolve_pairs", "resolve_walls"]
 BATCHES = [name for name in FUNCTIONS if name not in ("find_contacts", *IN_PLACE)]
-OPTIONS = {"find_contacts": ["margin", "box"], "resolve_contacts": ["box"]}
+OPTIONS = {"find_contacts": ["margin", "box"], "resolve_contacts": ["box"], "resolve_walls": ["box"]}
 WITH_OPTIONS = {function: [*names, *OPTIONS.get(function, [])] for function, names in FUNCTIONS.items()}
 
 
 def call(function, values):
     """The answer, as a list of arrays."""
     if function in IN_PLACE:
-        vx, vy, impulse = np.array([1.0, 0.0, -1.0]), np.zeros(N), np.full(N, 9.0)
+        walls = function == "resolve_walls"
+        vx, vy, impulse = np.array([1.0, 0.0, -1.0]), -np.ones(N) if walls else np.zeros(N), np.full(N + walls, 9.0)
         before = vx.copy(), vy.copy(), impulse.copy()
+        values = {"box": (4.0, 6.0), **values} if walls else values
         try:
-            if function == "resolve_contacts":
-                count = collide.resolve_contacts(**values, vx=vx, vy=vy, impulse=impulse)
-            else:
+            if function == "resolve_pairs":
                 count = collide.resolve_pairs(**values, v=(vx, vy), n=(1.0, np.arange(N)), impulse=impulse)
+            else:
+                count = getattr(collide, function)(**values, vx=vx, vy=vy, impulse=impulse)
         except collide.InvalidPairError:
             raise
         except (TypeError, ValueError, IndexError):
@@ -265,7 +268,7 @@ def check_option(function, argument, dtype):
     lengths = np.array([1, 1] if dtype == "?" else [100, 120]).astype(dtype)
     option = lengths if argument == "box" else lengths[0]
     values = good(function) | {"x": np.array([0.0, 0.25, 0.5]), "y": np.array([0.0, 0.25, 0.25])}
-    values |= {"radius": 0.125} if function == "find_contacts" else {}
+    values |= {"radius": 0.125} if "radius" in values else {}
     got = call(function, values | {argument: option})
     for u, want in zip(got, call(function, values | {argument: option.astype(np.float64)}), strict=True):
         np.testing.assert_array_equal(u, want)
@@ -404,7 +407,7 @@ def test_outputs_that_share_memory(function, shift):
 @pytest.mark.parametrize("function", FUNCTIONS)
 def test_options_of_another_type(function):
     values = good(function)
-    if function != "find_contacts":
+    if function not in ("find_contacts", "resolve_walls"):
         for wrong in (None, "", "RAISE", 1, ["raise"], np.str_("raise")):
             with pytest.raises(ValueError, match=r"^invalid = .*: must be one of 'raise', "):
                 call(function, values | {"invalid": wrong})

@@ -310,6 +310,7 @@ for dtype, writable in itertools.product((np.float64, np.float32), (True, False)
         ),
         lambda: collide.resolve_pairs([0], [1], arrays[0], np.zeros((arrays[0].size, 2), dtype), arrays[1][:2]),
         lambda: collide.resolve_pairs([0, 1], [1, 2], 1.0, (*np.zeros((3, 5), dtype),), (arrays[1][:2],) * 3),
+        lambda: collide.resolve_walls(*arrays[:2], *np.ones((2, m1.size), dtype), 0.5, (9.0, 9.0), m=m1),
     ]
     for call in calls:
         make, collide._compile.kernel.Kernel._made = collide._compile.kernel.Kernel._made, lambda kernel: made(kernel)

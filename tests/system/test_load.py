@@ -34,6 +34,11 @@ def every(n):
         collide.resolve_pairs(i, j, m1, v, (1.0, 0.5), invalid="keep")
         return (v,)
 
+    def walls():
+        vx, vy = v1.copy(), -v2
+        collide.resolve_walls(x, y, vx, vy, 1.0, (n + 9.0, None), m=m1, restitution=e)
+        return vx, vy
+
     return [
         lambda: collide.resolve_1d(m1, m2, v1, v2, restitution=e),
         lambda: collide.resolve_3d(m1, m2, v1, v1y, e, v2, v2y, e, nx, ny, e, approaching_only=True),
@@ -44,6 +49,7 @@ def every(n):
         lambda: collide.find_contacts(x, y, e),
         contacts,
         drawn,
+        walls,
     ]
 
 

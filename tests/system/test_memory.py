@@ -146,6 +146,7 @@ for n in [*range(71), 127, 128, 129, 1000, 9000]:
                 )
                 options = {"box": box, "radius": place(rs, regions[5])}
                 collide.resolve_contacts(place(i, lists[0]), place(j, lists[1]), 1.0, xs, ys, vx, vy, **options)
+                collide.resolve_walls(xs, ys, vx, vy, rs, (side, side), m=place(rs, regions[5]))
 print("untouched")
 """
 
