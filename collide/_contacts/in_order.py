@@ -133,12 +133,11 @@ def _centres(k: Any, one: Any, two: Any, balls: Any, box: Any) -> Any:
 
 @formula
 def _touching(k: Any, one: Any, two: Any, balls: Any, box: Any) -> Any:
-    """The same for balls that touch. Not `not touching`: a distance that is NaN has to go on to the check."""
+    """The same of balls with radii. `touching` finds that n is the way to the nearest image, and leaves its bits."""
     m, x, y, radius = balls
     lx, ly = box
-    dx, dy = wrap(_of(x, two), lx) - wrap(_of(x, one), lx), wrap(_of(y, two), ly) - wrap(_of(y, one), ly)
-    near = touching(dx, dy, _of(radius, one) + _of(radius, two), lx, ly)
-    return _centres(k, one, two, (m, x, y), box)[0], not near
+    (nx, ny), _ = _centres(k, one, two, (m, x, y), box)
+    return (nx, ny), not touching(nx, ny, _of(radius, one) + _of(radius, two), lx, ly)
 
 
 @formula

@@ -194,7 +194,7 @@ def shared(monkeypatch):
 def test_any_number_of_threads(layout, d, shared):
     i, j, m, v, n = apart(d, 140_000, np.random.default_rng(4))
     bad = np.array([49_000, 20_000, 30_000])
-    m[i[bad]] = -1.0
+    m[i[bad]] = -1.0, -2.0, -3.0
     given = {"restitution": 0.9, "approaching_only": True}
     u1, u2 = collide.resolve(m[i], m[j], v[i], v[j], n, **given, invalid="keep")
     want = np.empty_like(v)
@@ -207,7 +207,7 @@ def test_any_number_of_threads(layout, d, shared):
         with pytest.raises(collide.InvalidPairError) as info:
             collide.resolve_pairs(i, j, m, u, n, **given, impulse=impulse)
         assert (info.value.index, info.value.count) == ((20_000,), 3)
-        assert info.value.reason.startswith(f"balls {i[20_000]} and {j[20_000]}, as 1 and 2: m1 = -1.0: a mass must be")
+        assert info.value.reason.startswith(f"balls {i[20_000]} and {j[20_000]}, as 1 and 2: m1 = -2.0: a mass must be")
         np.testing.assert_array_equal(rows_of(u), want)
         np.testing.assert_array_equal(impulse, impulses)
         u = LAYOUTS[layout](v)
