@@ -29,7 +29,7 @@ ROOM = 4 * BLOCK  # contacts of a block that can be noted
 GRID = np.dtype(
     [(name, "f8") for name in ("per_x", "per_y", "x0", "y0", "columns", "rows", "twist", "radius")] + [("slot", "i8")]
 )
-# What holds for all balls: the largest radius, the margin of what counts as touching, the sides of the box or 0 and 0.
+# What holds for all balls: the largest radius, the margin of what counts as touching, the sides of the box, 0 if open.
 COMMON = np.dtype([(name, "f8") for name in ("largest", "margin", "lx", "ly")])
 BALL = np.dtype([("x", "f8"), ("y", "f8"), ("radius", "f8"), ("index", "i4"), ("slot", "i4")])
 

@@ -32,7 +32,7 @@ def contacts(
 ) -> tuple[Array, Array]:
     """The numbers i < j of the balls that touch.
 
-    The facade has checked the arguments; bounds are those of x, y and radius, and a box of (0, 0) is none.
+    The facade has checked the arguments; bounds are those of x, y and radius, and a side of 0 is open.
     """
     n, (least, largest) = x.size, bounds[2]
     if n < 2:

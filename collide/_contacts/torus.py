@@ -29,7 +29,7 @@ LEEWAY, FAR = 2.0**-10, 2.0**40
 
 @formula
 def wrap(x: Any, length: Any) -> Any:
-    """The position in a periodic box; length 0 is no box."""
+    """The position in a periodic box; a side of length 0 is open."""
     return x % length if length > 0.0 and not 0.0 <= x < length else x
 
 
