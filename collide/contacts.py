@@ -119,7 +119,7 @@ def resolve_contacts(
     invalid: str = "raise",
     impulse: Array | None = None,
 ) -> int:
-    """Resolves the contacts of a ball state in place, one after another in the order of the list.
+    """Resolve the contacts of a ball state in place, one after another in the order of the list.
 
     A ball in several pairs enters each with the velocity that the earlier ones have left it. The collision is that of
     `resolve_2d` with n = (x_j - x_i, y_j - y_i); pairs that do not approach, (v_i - v_j).n <= 0, are left alone. It
@@ -208,7 +208,7 @@ def resolve_pairs(
     invalid: str = "raise",
     impulse: Array | None = None,
 ) -> int:
-    """Resolves collisions of balls by number, each with a normal of its own, in place and in the order of the list.
+    """Resolve collisions of balls by number, each with a normal of its own, in place and in the order of the list.
 
     A ball in several pairs enters each with the velocity that the earlier ones have left it. The collision is that of
     `resolve_2d` or `resolve_3d`, to the bit: what `v[i], v[j] = resolve(m[i], m[j], v[i], v[j], n)` does pair
@@ -298,12 +298,12 @@ def resolve_walls(
     restitution: ArrayLike = 1.0,
     impulse: Array | None = None,
 ) -> int:
-    """Turns around, in place, the balls that move outwards at the walls of the box [0, Lx] x [0, Ly].
+    """Turn around, in place, the balls that move outwards at the walls of the box [0, Lx] x [0, Ly].
 
         x - radius <= 0  and  vx < 0,    x + radius >= Lx  and  vx > 0:    vx becomes -e vx;    likewise y and vy
 
-    in float64, as written. A ball that is beyond a wall and comes back is left alone, and so is one that only touches;
-    a ball in a corner may bounce off both walls. It runs on the caller's thread.
+    in float64, as written. A ball that is beyond a wall and already comes back is left alone, and so is one at rest; a
+    ball in a corner may bounce off both walls. It runs on the caller's thread.
 
     Parameters
     ----------

@@ -179,7 +179,8 @@ def at_once(columns: tuple[Any, ...], vx: Any, vy: Any, box: Any, impulse: Any) 
         if side is not None and not (type(side) in _NUMBER_TYPES and state.SHORTEST <= side <= state.LONGEST):
             return None
     if impulse is not None:
-        if type(impulse) is not np.ndarray or impulse.size != 4:
+        # Numba takes a byte-swapped array for a native one; of the others the kernel asks that itself.
+        if type(impulse) is not np.ndarray or impulse.size != 4 or impulse.dtype != _FLOAT64:
             return None
         if np.may_share_memory(impulse, vx) or np.may_share_memory(impulse, vy):
             return None

@@ -411,7 +411,7 @@ def test_options_of_another_type(function):
         for wrong in (None, "", "RAISE", 1, ["raise"], np.str_("raise")):
             with pytest.raises(ValueError, match=r"^invalid = .*: must be one of 'raise', "):
                 call(function, values | {"invalid": wrong})
-    if "restitution" in values and function != "resolve_contacts":
+    if "restitution" in values and function not in ("resolve_contacts", "resolve_walls"):
         for wrong in (None, "yes", 1, 0.0, [True], np.array([True])):
             with pytest.raises(TypeError, match=r"^approaching_only = .*: must be True or False"):
                 call(function, values | {"approaching_only": wrong})
