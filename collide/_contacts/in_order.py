@@ -58,8 +58,8 @@ def _in_order(
     for at in range(start, stop):
         # Without a sign: of a signed number Numba asks at each array whether it counts from the end.
         k, later = np.uint64(at), np.uint64(min(at + _AHEAD, stop - 1))
-        prefetch(i[later], (*v, *balls))
-        prefetch(j[later], (*v, *balls))
+        prefetch(i[later], v, balls)
+        prefetch(j[later], v, balls)
         one, two = np.uint64(i[k]), np.uint64(j[k])
         n, alone = meeting(k, one, two, balls, place)
         pair = (_of(balls[0], one), _of(balls[0], two), *each(_of, v, one), *each(_of, v, two), *n, _of(e, k))
