@@ -43,21 +43,21 @@ def worst_error(name, columns):
         return max(pool.imap_unordered(naive.worst, jobs))
 
 
-@sizes(usual=5000, campaign=200_000)
+@sizes(usual=5000, campaign=100_000)
 def test_plane(size):
     error, row = worst_error("resolve_2d", pairs.plane(size, 1))
     print(f"worst of {size} pairs: {error:.2f} eps, at {row}")
     assert error <= BOUND["resolve_2d"]
 
 
-@sizes(usual=5000, campaign=200_000)
+@sizes(usual=5000, campaign=100_000)
 def test_space(size):
     error, row = worst_error("resolve_3d", pairs.space(size, 4))
     print(f"worst of {size} pairs: {error:.2f} eps, at {row}")
     assert error <= BOUND["resolve_3d"]
 
 
-@sizes(usual=5000, campaign=200_000)
+@sizes(usual=5000, campaign=100_000)
 def test_polar(size):
     error, row = worst_error("resolve_polar", pairs.polar(size, 2))
     print(f"worst of {size} pairs: {error:.2f} eps, at {row}")

@@ -15,7 +15,7 @@ from tests.helpers.published import cases
 from tests.helpers.sizes import sizes
 
 INF, NAN = np.inf, np.nan
-BOUND = 8  # eps, relative; the worst found in 200,000 encounters was 2.9, and 3.8 next to doubt
+BOUND = 8  # eps, relative; of 200,000 encounters the worst was 2.9, in space 3.1, and 3.8 next to doubt
 PLAIN_BOUND = {2: 7.25, 3: 7.9}  # where plain precision is sure; impact._plainly derives it
 in_both = pytest.mark.parametrize("d", [2, 3])
 
@@ -83,7 +83,7 @@ def test_published(case):
 
 
 @in_both
-@sizes(usual=20_000, campaign=200_000)
+@sizes(usual=10_000, campaign=50_000)
 def test_against_150_digits(d, size):
     c = encounters(size, d=d)
     got = times(c)
@@ -206,7 +206,7 @@ def decided(*c):
 
 
 @in_both
-@sizes(usual=3000, campaign=100_000)
+@sizes(usual=3000, campaign=30_000)
 def test_the_error_next_to_doubt(d, size):
     c = next_to_doubt(size, d=d)
     t = times(c)
