@@ -369,7 +369,11 @@ def resolve_walls(
     resolution.check_apart(outputs)
     sides = state.sides(box)
     inputs = walls.taken(columns, outputs)
-    n_bounces, k = walls.bounce(inputs, outputs["vx"], outputs["vy"], sides, outputs.get("impulse"))
+    targets = {name: state.aligned(u) for name, u in outputs.items()}
+    n_bounces, k = walls.bounce(inputs, targets["vx"], targets["vy"], sides, targets.get("impulse"))
     if k != walls.FINE:
         walls.raise_for(k, columns, outputs, sides)
+    for name, u in outputs.items():
+        if targets[name] is not u:
+            u[...] = targets[name]
     return n_bounces

@@ -37,7 +37,10 @@ def one_pair(function: Function) -> Function:
     """As `formula`, for users to call: compiled code that gives it arrays is told so, and where to go with them."""
 
     def pick(*arguments: Any, **named: Any) -> Any:
-        given = inspect.signature(function).bind_partial(*arguments, **named).arguments
+        try:
+            given = inspect.signature(function).bind_partial(*arguments, **named).arguments
+        except TypeError:  # too many, or of other names: Numba tells so, and of which function
+            return function
         for name, kind in given.items():
             if isinstance(kind, types.Array | types.BaseTuple | types.List):
                 raise numba.TypingError(

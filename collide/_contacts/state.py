@@ -26,7 +26,7 @@ _FLOATS = np.dtype(np.float64), np.dtype(np.float32)
 def columns(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
     """The positions, of equal length."""
     x, y = as_they_lie(x, y)
-    return np.ascontiguousarray(x, np.float64), np.ascontiguousarray(y, np.float64)
+    return aligned(np.ascontiguousarray(x, np.float64)), aligned(np.ascontiguousarray(y, np.float64))
 
 
 def as_they_lie(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
@@ -41,7 +41,7 @@ def as_they_lie(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
 
 def column(name: str, value: ArrayLike, like: str, n: int) -> Array:
     """A number, as an array of one, or n of them."""
-    return np.ascontiguousarray(values(name, value, like, n), np.float64)
+    return aligned(np.ascontiguousarray(values(name, value, like, n), np.float64))
 
 
 def values(name: str, value: ArrayLike, like: str, n: int) -> Array:
@@ -67,7 +67,7 @@ def numbers(name: str, value: ArrayLike) -> Array:
         raise ValueError(f"{name} has shape {array.shape}: must be one-dimensional")
     if array.size and array.dtype.kind not in "iu":
         raise TypeError(f"{name} has dtype {array.dtype}: must have an integer dtype")
-    return _aligned(np.ascontiguousarray(array, np.int64))
+    return aligned(np.ascontiguousarray(array, np.int64))
 
 
 def one_each(name: str, value: ArrayLike, like: str, n: int) -> Array:
@@ -76,10 +76,10 @@ def one_each(name: str, value: ArrayLike, like: str, n: int) -> Array:
     if array.size == 1:
         return np.ndarray((n,), np.float64, np.ascontiguousarray(array, np.float64), strides=(0,))
     check_length(name, array, like, n)
-    return _aligned(np.asarray(array, np.float64))
+    return aligned(np.asarray(array, np.float64))
 
 
-def _aligned(array: Array) -> Array:
+def aligned(array: Array) -> Array:
     """Of arrays that are not Numba asks Python for the type, in the middle of a call."""
     return array if array.flags.aligned else array.copy()
 
@@ -125,7 +125,7 @@ def velocities(given: Mapping[str, Any], like: str, n: int) -> dict[str, Array]:
 def vectors(v: Any, lengths: Collection[int]) -> dict[str, Array]:
     """The components by name, of an array of rows or of a tuple of arrays; of so many as there is a form for."""
     listed = " or ".join(map(str, lengths))
-    if isinstance(v, tuple | list):
+    if isinstance(v, tuple):
         if len(v) not in lengths:
             raise ValueError(f"v has {len(v)} arrays: must have {listed}, one a component")
         like = written("v[0]", v[0], _FLOATS)
@@ -139,8 +139,8 @@ def vectors(v: Any, lengths: Collection[int]) -> dict[str, Array]:
 
 
 def normals(n: Any, k: int, d: int) -> list[Array]:
-    """The components of one for each of k pairs: of a tuple's or a list's arrays, else of rows, or of one vector."""
-    if isinstance(n, tuple) or (isinstance(n, list) and any(isinstance(c, np.ndarray) for c in n)):
+    """The components of one for each of k pairs: of a tuple's arrays, else of rows, or of one vector."""
+    if isinstance(n, tuple):
         if len(n) != d:
             raise ValueError(f"n has {len(n)} components: must have {d}, as v has")
         return [one_each(f"n[{c}]", component, "i", k) for c, component in enumerate(n)]
@@ -173,7 +173,7 @@ def sides(box: Any) -> tuple[float, float]:
 
 def bounds(name: str, array: Array) -> tuple[float, float]:
     """The least and the largest, if all are finite."""
-    least, largest, finite = _BOUNDS.compiled(np.ascontiguousarray(array, np.float64))
+    least, largest, finite = _BOUNDS.compiled(aligned(np.ascontiguousarray(array, np.float64)))
     if not finite:
         raise ValueError(f"{name}{first(array, ~np.isfinite(array))}: must be finite")
     return least, largest

@@ -229,7 +229,7 @@ def taken(columns: dict[str, Array], outputs: dict[str, Array]) -> list[Any]:
         arrays[name].dtype == outputs["vx"].dtype == np.float32 for name in ("x", "y", "radius") if name in arrays
     )
     for name, a in arrays.items():
-        a = np.asarray(a, np.float32 if narrow and name in ("x", "y", "radius") else np.float64)
+        a = state.aligned(np.asarray(a, np.float32 if narrow and name in ("x", "y", "radius") else np.float64))
         arrays[name] = a.copy() if any(share_memory(a, u) for u in outputs.values()) else a
     return [(arrays | numbers)[name] for name in columns]
 

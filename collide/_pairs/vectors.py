@@ -53,6 +53,8 @@ def _may_take(u1: Any, u2: Any, v1: Array) -> bool:
         type(u1) is type(u2) is np.ndarray
         and u1.shape == u2.shape == v1.shape
         and u1.dtype == u2.dtype == v1.dtype
+        and u1.flags.writeable
+        and u2.flags.writeable  # or it would be told of a component, by another number
         and not np.may_share_memory(u1, u2)
     )
 

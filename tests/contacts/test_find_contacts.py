@@ -444,6 +444,9 @@ TRAPS = {
     "few balls among specks": lambda: strewn(np.where(np.arange(20_000) % 100 == 0, 1.0, 1e-3), 0.1),
     "sizes over six decades": lambda: strewn(RADII["a million times"], 0.4),
     "sizes 1 to 20": lambda: strewn(RADII["1 to 20"], 0.4),
+    # So far out in cells that their numbers are multiples of a power of two, as the number of balls is.
+    "whole numbers": lambda: (*np.random.default_rng(11).integers(0, 1000, (2, 1 << 14)) * 1.0, 1e-12, (1024, 1024)),
+    "points of few bits": lambda: (*np.random.default_rng(12).random((2, 1 << 15), np.float32) * 1e3, 0.0, (1e3, 1e3)),
 }
 
 

@@ -56,7 +56,6 @@ LAYOUTS = {
     "backwards": lambda v: v[::-1].copy()[::-1],
     "with gaps": spaced,
     "columns": lambda v: tuple(c.copy() for c in v.T),
-    "a list of columns": lambda v: [c.copy() for c in v.T],
     "columns of a table": lambda v: tuple(np.hstack([v, v]).T[: v.shape[1]]),
     "columns askew": lambda v: tuple(askew(c) for c in v.T),
 }
@@ -124,7 +123,6 @@ def normals(n):
     yield n
     yield np.asfortranarray(n)
     yield tuple(n.T)
-    yield [*n.T]  # as velocities may be given
     yield n.tolist()  # rows
     yield np.repeat(n, 2, axis=0)[::2]
     yield tuple(c.tolist() for c in n.T)
@@ -385,7 +383,8 @@ LENGTHS = " or ".join(map(str, DIMENSIONS))
             rf"v has shape \(3, 4\): must be \(N, {LENGTHS}\), a row a ball, or a tup",
         ),
         ({"v": np.zeros(3)}, ValueError, rf"v has shape \(3,\): must be \(N, {LENGTHS}\), a row a ball, or a tuple of"),
-        ({"v": [[0.0, 0.0]] * 2}, TypeError, r"v\[0\] is of type list: must be a NumPy array, as it is written to"),
+        ({"v": [[0.0, 0.0]] * 2}, TypeError, "v is of type list: must be a NumPy array, as it is written to"),
+        ({"v": [np.zeros(3), np.zeros(3)]}, TypeError, "v is of type list: must be a NumPy array, as it is written to"),
         (
             {"v": ([[0.0], [0.0, 0.0]], 1)},
             TypeError,

@@ -109,6 +109,13 @@ def test_arrays_in_compiled_code_are_refused_by_name():
         call(1.0, (1.0, 0.5))
     assert call(3.0, 1.0) == (3.0, 3.0)
 
+    @numba.njit
+    def too_many(v):
+        return scalar.resolve_1d(1.0, 2.0, 3.0, v, 1.0, 1.0)
+
+    with pytest.raises(numba.TypingError, match="resolve_1d"):
+        too_many(1.0)
+
 
 @pytest.mark.fast
 def test_batch_functions_in_compiled_code_name_the_scalar_ones():

@@ -124,6 +124,7 @@ GUISES = {
     "read-only": read_only,
     "byte-swapped": byte_swapped,
     "misaligned": misaligned,
+    "misaligned, writable": lambda a: np.frombuffer(bytearray(b"\0" + a.tobytes()), np.uint8)[1:].view(a.dtype),
     "native by name": lambda a: a.view(a.dtype.newbyteorder("<")),
     "negative strides": lambda a: a[::-1].copy()[::-1],
     "strided": lambda a: np.repeat(a, 3)[::3],

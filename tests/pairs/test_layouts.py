@@ -295,6 +295,12 @@ def test_axes_before_the_last_broadcast():
     assert lists.u1.dtype == np.float64 and lists.u1.shape == (2, 2)
 
 
+def frozen(shape):
+    a = np.zeros(shape)
+    a.flags.writeable = False
+    return a
+
+
 @pytest.mark.parametrize(
     ("change", "error", "message"),
     [
@@ -311,6 +317,7 @@ def test_axes_before_the_last_broadcast():
         ({"v1": np.ma.ones((4, 2))}, TypeError, "v1: masked arrays are not supported"),
         ({"out": (np.ones(4), np.ones(4))}, ValueError, r"out\[0\] has shape \(4,\): must have .* \(4, 2\)"),
         ({"out": [np.ones((4, 2))] * 2}, TypeError, "out = list: must be None or a tuple of 2 arrays"),
+        ({"out": (np.ones((4, 2)), frozen((4, 2)))}, ValueError, r"out\[1\] is read-only"),
         ({"out": (np.ones((4, 2)),)}, ValueError, "out has 1 arrays: must have 2, for u1, u2"),
         ({"out": (np.ones((4, 2), "f4"),) * 2}, TypeError, r"out\[0\] has dtype float32"),
         ({"invalid": "no"}, ValueError, "invalid = 'no': must be one of"),
