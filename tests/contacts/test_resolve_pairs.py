@@ -70,7 +70,6 @@ def rows_of(v):
     return np.stack(v, axis=1) if isinstance(v, tuple | list) else v
 
 
-@pytest.mark.fast
 @pytest.mark.parametrize("d", DIMENSIONS)
 @pytest.mark.parametrize("layout", LAYOUTS)
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])

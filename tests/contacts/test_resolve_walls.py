@@ -148,7 +148,6 @@ def test_a_small_box(n):
     assert (vy == 2.0).all()
 
 
-@pytest.mark.fast
 @pytest.mark.parametrize("radius", [0.1, np.float64(0.1), [0.1, 0.1], np.array([0.1, 0.1])])
 def test_what_touches_is_asked_in_float64(radius):
     """The float32 next to 0.1 is above it."""
@@ -378,7 +377,6 @@ def test_a_state_in_one_table():
     same_bits(impulses.T, [np.zeros(4), exact])
 
 
-@pytest.mark.fast
 @pytest.mark.parametrize("name", ["x", "y", "radius", "m", "restitution"])
 @pytest.mark.parametrize("output", ["vx", "vy", "impulse"])
 @pytest.mark.parametrize("shift", [0, 1])

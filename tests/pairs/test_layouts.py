@@ -67,7 +67,6 @@ def stepped(a, step):
     return view
 
 
-@pytest.mark.fast
 @pytest.mark.parametrize("dtype", ["f8", "f4"])
 @pytest.mark.parametrize("form", FUNCTIONS)
 def test_every_step_and_every_tail(form, dtype):
@@ -185,7 +184,6 @@ def test_a_float64_number_beside_float32_arrays(n):
     assert collide.resolve_2d(*c[:-1], restitution=0.9).u1x.dtype == np.float32
 
 
-@pytest.mark.fast
 def test_kernels_know_byte_swapped_arrays():
     """Numba takes read-only ones for native ones: kernels must tell."""
     n = 20
@@ -256,7 +254,6 @@ def vectors(n, dtype, d):
     return m1, m2, *(np.stack(v[k : k + d], axis=-1) for k in (0, d, 2 * d)), e
 
 
-@pytest.mark.fast
 @pytest.mark.parametrize("dtype", ["f8", "f4"])
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("n", [1, 8, 100, 70_000, 300_000])
