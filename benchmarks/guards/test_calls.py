@@ -19,9 +19,9 @@ BOUNDS = [
     ("columns", 1, False, "NumPy", 1.5),
     ("columns, out given", 1, False, "NumPy", 1.7),
     ("columns, out given", 100, False, "NumPy", 1.7),
-    ("rows of three, out given", 1_000_000, False, "prange", 0.9),
-    ("rows of three in place", 100_000, True, "prange", 0.95),
-    ("rows of three", 1_000_000, True, "prange", 1.05),
+    ("rows of three, out given", 1_000_000, False, "prange", 0.75),
+    ("rows of three in place", 100_000, True, "prange", 0.75),
+    ("rows of three", 1_000_000, True, "prange", 0.85),
 ]
 ROUNDS = 45
 

@@ -94,8 +94,9 @@ def digests(names):
     return {name: tuple(map(digest, case(name))) for name in names}
 
 
-def test_the_digests_on_this_processor():
-    assert digests(GOLDEN) == GOLDEN
+@pytest.mark.parametrize("name", GOLDEN)
+def test_the_digests_on_this_processor(name):
+    assert digests([name]) == {name: GOLDEN[name]}
 
 
 # What each level goes without, of the features that LLVM and NumPy know of this machine.
