@@ -1,11 +1,11 @@
 """`collide resolve` as a command: wrong usage in one line, all or nothing when it is stopped, and its exit status."""
 
-import importlib.metadata
 import os
 import re
 import shutil
 import signal
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -250,4 +250,5 @@ def test_version(capsys):
         f"collide {collide.__version__}, Numba {numba.__version__}, NumPy {np.__version__}, Python 3."
     )
     assert re.fullmatch(r"\d+\.\d+\.\d+", collide.__version__)
-    assert importlib.metadata.version("collide2d") == collide.__version__
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
+    assert project["tool"]["setuptools"]["dynamic"]["version"] == {"attr": "collide.__version__"}
