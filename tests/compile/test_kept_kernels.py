@@ -172,7 +172,7 @@ def test_sources_that_cannot_be_read(folder):
 # Several processes
 
 
-@sizes(usual=1, campaign=4)
+@sizes(usual=1, campaign=10)
 def test_two_processes_may_fill_one_cache_at_once(folder, size):
     for k in range(size):
         check_two_processes(folder, folder / f"kernels {k}")

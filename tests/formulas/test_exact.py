@@ -43,28 +43,28 @@ def worst_error(name, columns):
         return max(pool.imap_unordered(naive.worst, jobs))
 
 
-@sizes(usual=5000, campaign=30_000)
+@sizes(usual=5000, campaign=200_000)
 def test_plane(size):
     error, row = worst_error("resolve_2d", pairs.plane(size, 1))
     print(f"worst of {size} pairs: {error:.2f} eps, at {row}")
     assert error <= BOUND["resolve_2d"]
 
 
-@sizes(usual=5000, campaign=30_000)
+@sizes(usual=5000, campaign=200_000)
 def test_space(size):
     error, row = worst_error("resolve_3d", pairs.space(size, 4))
     print(f"worst of {size} pairs: {error:.2f} eps, at {row}")
     assert error <= BOUND["resolve_3d"]
 
 
-@sizes(usual=5000, campaign=30_000)
+@sizes(usual=5000, campaign=200_000)
 def test_polar(size):
     error, row = worst_error("resolve_polar", pairs.polar(size, 2))
     print(f"worst of {size} pairs: {error:.2f} eps, at {row}")
     assert error <= BOUND["resolve_polar"]
 
 
-@sizes(usual=5000, campaign=20_000)
+@sizes(usual=5000, campaign=50_000)
 def test_line(size):
     m1, m2, v1, v2, *_, e = pairs.plane(size, 3)
     error, row = worst_error("resolve_1d", (m1, m2, v1, v2, e))
@@ -77,7 +77,7 @@ def test_line(size):
 @pytest.mark.parametrize("name", BOUND)
 def test_climbs_to_the_worst_case(name, kind):
     """Of the formula before, the first of these finds 8.96 in the plane; one of 12 million candidates found 9.6."""
-    climbs = [climb.climb(name, kind, seed, wide=wide) for seed, wide in ((0, False), (0, True))]
+    climbs = [climb.climb(name, kind, seed, wide=wide) for seed, wide in ((0, False), (3, False), (0, True))]
     error, row = max((error, pair.tolist()) for error, pair in climbs)
     print(f"{name}, e {kind}: worst found {error:.2f} eps, at {row}")
     assert 2.0 < error <= BOUND[name]

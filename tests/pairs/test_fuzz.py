@@ -220,7 +220,7 @@ def calls_for(seconds, seed):
     return calls
 
 
-@sizes(usual=3, campaign=30)
+@sizes(usual=3, campaign=60)
 def test_random_calls(size):
     assert calls_for(size, seed=time.time_ns() // 1000 % 10**12) >= 100
 

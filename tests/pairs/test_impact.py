@@ -83,7 +83,7 @@ def test_published(case):
 
 
 @in_both
-@sizes(usual=10_000, campaign=50_000)
+@sizes(usual=20_000, campaign=50_000)
 def test_against_150_digits(d, size):
     c = encounters(size, d=d)
     got = times(c)
@@ -206,7 +206,7 @@ def decided(*c):
 
 
 @in_both
-@sizes(usual=3000, campaign=30_000)
+@sizes(usual=3000, campaign=100_000)
 def test_the_error_next_to_doubt(d, size):
     c = next_to_doubt(size, d=d)
     t = times(c)
