@@ -12,6 +12,7 @@ memory.py         lanes in and out of memory, however columns lie
 words.py          words of memory, which threads may change at once
 team.py           the threads that kernels share
 pieces.py         a kernel's range in pieces, for any thread
+allocator.py      the functions by which NumPy allocates arrays whose memory is kept
 kept_memory.py    memory for large results: what dies is kept for the next
 gather.py         what the search for contacts loads and stores
 """

@@ -19,7 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._compile import team
-from .._compile.kept_memory import LARGE, fresh
+from .._compile.allocator import LARGE
+from .._compile.kept_memory import fresh
 from .._system import threads
 from .._typing import Array
 from ..errors import InvalidPairError, reason

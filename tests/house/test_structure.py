@@ -23,7 +23,8 @@ ORDER = """
     _compile.lanes
     _compile.words
     _compile.arrays
-    _compile.components  _compile.elementwise  _compile.memory  _compile.kept_memory  _compile.team
+    _compile.components  _compile.elementwise  _compile.memory  _compile.allocator  _compile.team
+    _compile.kept_memory
     _compile.pieces
     _compile.gather
     _formulas.exact

@@ -13,7 +13,7 @@ import pyarrow as pa
 import pytest
 
 import collide
-from collide._compile import kept_memory
+from collide._compile import allocator, kept_memory
 from tests.helpers import process
 from tests.helpers.sizes import sizes
 
@@ -38,9 +38,9 @@ def result(value=1.0, n=N):
 def held():
     """How many pieces are kept, and how many bytes of them."""
     state = kept_memory._keeper().state
-    pieces = state[kept_memory._FIRST :].reshape(-1, 3)
+    pieces = state[allocator.FIRST :].reshape(-1, 3)
     pieces = pieces[pieces[:, 0] != 0]
-    assert pieces[:, 1].sum() == state[kept_memory._KEPT]
+    assert pieces[:, 1].sum() == state[allocator.KEPT]
     return len(pieces), int(pieces[:, 1].sum())
 
 
@@ -183,7 +183,7 @@ def test_what_is_kept_is_bounded():
     many = [result() for _ in range(40)]
     del many
     count, n_bytes = held()
-    assert count == kept_memory.SLOTS and N * 8 * count <= n_bytes <= (N * 8 + 8192) * count
+    assert count == allocator.SLOTS and N * 8 * count <= n_bytes <= (N * 8 + 8192) * count
     collide.set_spare_memory(3 * (N * 8 + 8192))
     assert held()[0] == 3
     result(n=10 * N)  # more than may be kept
@@ -206,7 +206,7 @@ def test_nothing_far_too_large_is_used():
 def test_live_arrays_hold_little_more_than_they_need():
     for n in range(2 * N, N, -7000):
         u, other = collide.resolve_1d(1.0, 1.0, np.zeros(n), np.ones(n))
-        state = (kept_memory.ctypes.c_int64 * 2).from_address(u.ctypes.data - kept_memory._HEADER)
+        state = (kept_memory.ctypes.c_int64 * 2).from_address(u.ctypes.data - allocator.HEADER)
         assert u.nbytes <= state[1] <= 1.13 * u.nbytes + 8192
         del u, other
 
@@ -214,9 +214,9 @@ def test_live_arrays_hold_little_more_than_they_need():
 def test_the_oldest_go_first():
     few = result(n=20 * N)
     del few
-    many = [result() for _ in range(kept_memory.SLOTS)]
+    many = [result() for _ in range(allocator.SLOTS)]
     del many
-    assert held()[0] == kept_memory.SLOTS and held()[1] < (N * 8 + 8192) * kept_memory.SLOTS
+    assert held()[0] == allocator.SLOTS and held()[1] < (N * 8 + 8192) * allocator.SLOTS
 
 
 def test_nothing_is_kept_where_memory_is_short(monkeypatch):
@@ -386,7 +386,7 @@ def test_there_is_one_keeper_whoever_comes_first():
     code = """
 import sys, threading
 import numpy as np, collide
-from collide._compile import kept_memory
+from collide._compile import allocator, kept_memory
 
 sys.setswitchinterval(1e-5)
 v, made = np.ones(100_000), []
@@ -402,10 +402,10 @@ def work():
 threads = [threading.Thread(target=work) for _ in range(8)]
 [t.start() for t in threads]
 [t.join() for t in threads]
-kept = [int(k.state[kept_memory._KEPT]) for k in made]
+kept = [int(k.state[allocator.KEPT]) for k in made]
 print(sum(k > 0 for k in kept))
 collide.set_spare_memory(0)
-print(sum(int(k.state[kept_memory._KEPT]) for k in made))
+print(sum(int(k.state[allocator.KEPT]) for k in made))
 """
     assert process.printed_by(code) == "1\n0\n"
 
@@ -433,7 +433,7 @@ def test_an_allocator_of_the_users_is_theirs():
     """NumPy tells no way to set one but in C: what is asked is how it is called."""
     code = """
 import numpy as np, collide
-from collide._compile import kept_memory
+from collide._compile import allocator, kept_memory
 
 class Other:
     get_handler_name = staticmethod(lambda *a: "users")
