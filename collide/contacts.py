@@ -89,11 +89,8 @@ def find_contacts(
     gap = math.nan if one.ndim else float(one)  # or float16 would be computed with, and warn
     if not 0.0 <= gap < math.inf:
         raise ValueError(f"margin = {reprlib.repr(margin)}: must be one finite number >= 0")
-    bounds = state.bounds("x", x), state.bounds("y", y), state.bounds("radius", radius)
-    least, largest = bounds[2]
-    if least < 0.0:
-        raise ValueError(f"radius{state.first(radius, radius < 0.0)}: must be >= 0")
-    reach = 2.0 * largest + gap
+    bounds = state.bounds("x", x), state.bounds("y", y), state.bounds_from_zero("radius", radius)
+    reach = 2.0 * bounds[2][1] + gap
     if reach > state.LONGEST:
         raise ValueError(f"2 radius + margin = {reach} for the largest ball: must be at most {state.LONGEST}")
     for k, side in enumerate(sides):

@@ -87,7 +87,7 @@ def aligned(array: Array) -> Array:
 def radii(radius: ArrayLike, like: str, n: int) -> Array:
     """One each, within the rules of `find_contacts`."""
     array = column("radius", radius, like, n)
-    diameter = 2.0 * largest("radius", array)
+    diameter = 2.0 * bounds_from_zero("radius", array)[1]
     if diameter > LONGEST:
         raise ValueError(f"2 radius = {diameter} for the largest ball: must be at most {LONGEST}")
     return one_each("radius", array, like, n)
@@ -207,12 +207,12 @@ _BOUNDS = Kernel(
 )
 
 
-def largest(name: str, array: Array) -> float:
-    """Of values that are finite and not negative."""
-    least, most = bounds(name, array)
+def bounds_from_zero(name: str, array: Array) -> tuple[float, float]:
+    """The least and the largest, if all are finite and none is negative."""
+    least, largest = bounds(name, array)
     if least < 0.0:
         raise ValueError(f"{name}{first(array, array < 0.0)}: must be >= 0")
-    return most
+    return least, largest
 
 
 def first(array: Array, wrong: Array) -> str:

@@ -239,14 +239,14 @@ def raise_for(k: int, columns: dict[str, Array], outputs: dict[str, Array], side
     for name in ("x", "y", "vx", "vy", "impulse"):
         if name in columns or name in outputs:
             state.bounds(name, columns[name] if name in columns else outputs[name])
-    diameter = 2.0 * state.largest("radius", columns["radius"])
+    diameter = 2.0 * state.bounds_from_zero("radius", columns["radius"])[1]
     for axis, side in enumerate(sides):
         if side and side < diameter:
             raise ValueError(f"box[{axis}] = {side}: must be at least {diameter}, the diameter of the largest ball")
     m, e = columns["m"], columns["restitution"]
     if not (m >= 0.0).all():
         raise ValueError(f"m{state.first(m, ~(m >= 0.0))}: a mass must be >= 0")
-    state.largest("restitution", e)
+    state.bounds_from_zero("restitution", e)
     mass, vx, vy = m[k % m.size], outputs["vx"], outputs["vy"]
     if mass == math.inf:
         place = f"[{k}]" if m.size > 1 else ""
