@@ -163,12 +163,9 @@ def torus_of(cell: Any, balls: Any, bounds: Any, box: Any) -> tuple[Any, ...]:
     # A twist of rows / order times a number that has no divisor in common with it comes back to its row after `order`
     # turns, and not sooner. So rows and turns are cut to multiples of the order.
     order = rows // np.ceil(rows / turns_x)
-    # Both odd: where the cells of balls have numbers that are multiples of a power of two, they would share few rows.
-    order -= (order + 1.0) % 2.0
-    turns = rows // order
-    if turns % 2.0 == 0.0:  # rather more than fewer, for which there is room: of two one would be half
-        turns += 1.0 if (turns + 1.0) * order <= n_y else -1.0
-    rows = turns * order
+    while math.gcd(int(order), 210) > 1:  # where cells have numbers of few bits or digits they would share few rows
+        order -= 1.0
+    rows = rows // order * order
     if box[0] > 0.0:
         per_x = columns * (turns_x // order * order) / box[0]
     if box[1] > 0.0:

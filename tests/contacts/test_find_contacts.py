@@ -447,6 +447,11 @@ TRAPS = {
     # So far out in cells that their numbers are multiples of a power of two, as the number of balls is.
     "whole numbers": lambda: (*np.random.default_rng(11).integers(0, 1000, (2, 1 << 14)) * 1.0, 1e-12, (1024, 1024)),
     "points of few bits": lambda: (*np.random.default_rng(12).random((2, 1 << 15), np.float32) * 1e3, 0.0, (1e3, 1e3)),
+    "points of few digits": lambda: (
+        *np.random.default_rng(12).random((2, 20_000), "f4") * np.float64(1e3),
+        0.0,
+        (1e3, 1e3),
+    ),
 }
 
 
