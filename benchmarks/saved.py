@@ -1,4 +1,4 @@
-"""What a run saved, as pytest-benchmark's JSON: the entries of batches, and the names that all have for their cases.
+"""What a run saved, as pytest-benchmark's JSON: the entries of batches, every duel, and the names of all their cases.
 
 Every contestant was timed in rounds interleaved with collide's. What counts as its rate is that ratio times the rate of
 collide in a measurement of its own, so that a slow minute of the machine moves all figures of a column alike.
@@ -57,6 +57,42 @@ def entries(data: dict[str, Any]) -> dict[Key, Entry]:
         ratio = 1.0 if info["contestant"] == "collide" else 1 / info["as fast as the reference"]
         found[(*case, info["contestant"])] = Entry(own[case] / ratio, ratio)
     return found
+
+
+class Duel(NamedTuple):
+    """How many times as long as collide a rival took in one case."""
+
+    case: str
+    rival: str
+    ratio: float
+
+
+def duels(data: dict[str, Any]) -> list[Duel]:
+    """Of all that was measured against others; not the memory limit, which computes nothing."""
+    found = []
+    for b in data["benchmarks"]:
+        info = b["extra_info"]
+        if "as fast as the reference" not in info:
+            continue
+        fast = info["as fast as the reference"]
+        if info.get("contestant", info.get("by")) in ("collide", "bytes only"):
+            continue
+        if "contestant" in info:
+            alone = ", on 1 thread" * (info["threads"] == 1)
+            found.append(Duel(f"{counted(info['n'])}, {FORMS[info['form']]}{alone}", info["contestant"], 1 / fast))
+        elif "by" in info:
+            found.append(Duel(f"{counted(info['n'])}, {info['way']}", info["by"], 1 / fast))
+        elif "file" in info:  # here the rival is the reference
+            found.append(Duel(info["file"], info["rival"], fast))
+        elif "rival" in info:
+            found.append(Duel(b["group"], info["rival"], 1 / fast))
+        elif "drawn" in info:
+            found.append(Duel(f"500,000 pairs of a million balls in {info['drawn']}", "NumPy", 1 / fast))
+    return found
+
+
+def counted(n: int, what: str = "pair") -> str:
+    return f"{n:,} {what}{'s' * (n > 1)}"
 
 
 def number(x: float) -> str:

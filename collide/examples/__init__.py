@@ -2,9 +2,10 @@
 
     gas         disks in a box: Maxwell's distribution, and the pressure of an equation of state
     cooling     collisions that lose energy: Haff's law
+    wake        a large disk flies through many at rest: the picture of the README
     brownian    one heavy disk among light ones: from flight to diffusion
     dsmc        a gas of millions by random collisions, in space
     galperin    two balls and a wall count the digits of pi
 
-What they share: neighbours.py, the disks of the first three, and pictures.py.
+What they share: neighbours.py, the disks of the first four, and pictures.py.
 """

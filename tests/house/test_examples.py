@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import collide
-from collide.examples import brownian, cooling, dsmc, galperin, gas, neighbours
+from collide.examples import brownian, cooling, dsmc, galperin, gas, neighbours, wake
 from tests.helpers import process
 from tests.helpers.published import cases
 from tests.helpers.sizes import sizes
@@ -167,6 +167,40 @@ def test_the_heavy_disk_has_room_and_the_whole_is_at_rest():
     assert (m * v * v).sum() == pytest.approx(2 * (m.size - 1), rel=1e-13)
 
 
+def test_wake(tmp_path, capsys):
+    picture = tmp_path / "wake.png"
+    wake.main(["--disks", "400", "--save", str(picture)])
+    out, err = capsys.readouterr()
+    collisions, moved, disks = (int(n.replace(",", "")) for n in re.findall(r"\b[\d,]+\b", out.splitlines()[0]))
+    assert collisions > disks
+    assert 100 < moved < disks < 450
+    along, across = map(float, re.findall(r" (-?\d+)\b", out.splitlines()[1]))
+    assert abs(across) < 0.2 * along
+    assert err == ""
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_the_large_disk_keeps_its_velocity_and_goes_through_no_other():
+    position, v, radii, masses, side = wake.start(400, 4.0, np.random.default_rng(5))
+    near, begin, counts = neighbours.Neighbours(radii), position[:, -1].copy(), []
+    for _ in range(1000):
+        counts.append(wake.step(position, v, masses, near, 1.0))
+    assert v[:, -1].tolist() == [1.0, 0.0]
+    np.testing.assert_allclose(position[:, -1] - begin, [1000 * wake.TIME_STEP, 0.0], atol=1e-12)
+    assert side > 20 > begin[0] + 10
+    assert sum(counts) > 100
+    assert np.hypot(*(position[:, :-1] - position[:, -1:])).min() > 0.9 * (4.0 + neighbours.RADIUS)
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("name", ["brownian", "cooling", "dsmc", "galperin", "gas", "wake"])
+def test_each_runs_as_it_is(name, tmp_path):
+    picture = tmp_path / "picture.png"
+    done = process.run(sys.executable, "-m", f"collide.examples.{name}", "--save", picture)
+    assert done.returncode == 0, done.stderr
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+
+
 @pytest.mark.parametrize(
     ("name", "wrong", "message"),
     [
@@ -175,6 +209,7 @@ def test_the_heavy_disk_has_room_and_the_whole_is_at_rest():
         ("galperin", ["--digits", "9"], "--digits 9: must be 1 to 8"),
         ("dsmc", ["--steps", "0"], "--steps 0: must be at least"),
         ("brownian", ["--mass", "0.5"], "a --mass of 1"),
+        ("wake", ["--radius", "0"], "a --radius above 0"),
     ],
 )
 def test_wrong_arguments(name, wrong, message):

@@ -1,7 +1,8 @@
-"""The README's figures come from benchmarks/report.py: its text is built from data, and replaces what stood there."""
+"""The figures of both READMEs come from benchmarks/report.py, which puts them in place of what stood there."""
 
 import importlib
 import json
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -54,12 +55,16 @@ def data(report):
     ]
     others += [
         {
-            "extra_info": {"way": "rows", "n": n, "by": by, "as fast as the reference": 1 / ratio},
+            "extra_info": {"way": "columns", "n": n, "by": by, "as fast as the reference": 1 / ratio},
             "stats": {"median": 4e-6 * n * ratio},
         }
         for n in (1, 1000)
         for by, ratio in (("collide", 1.0), ("prange", 0.5), ("NumPy", 3.25))
     ]
+    for b in others + searches:
+        b.setdefault("stats", {})
+        info = b["extra_info"]
+        b["group"] = f"{info['search']} disks, {info['space']}" if "search" in info else info.get("step")
     machine = {
         "collide threads": 2,
         "numpy": "2.4",
@@ -102,74 +107,109 @@ def test_rates_are_ratios_times_the_rate_of_collide(report, data):
     assert found["2d", 1, 2, "NumPy"] == (pytest.approx(1 / 12e-6), pytest.approx(2.0))
 
 
-def test_a_ball_state_is_reported_as_far_as_it_was_measured(report, data):
-    assert report.simulation(data) == [
-        "How many times as fast as others find_contacts is, open / periodic, by the number of disks:",
-        "",
-        "| | 100 | 10,000 |",
-        "|---|---|---|",
-        "| a tree | 0.50 / - | 7.44 / 12.3 |",
-        "",
-        "resolve_contacts takes of a million disks, in pairs a second: 51.2 million in cell order. resolve_pairs is, "
-        "for 500,000",
-        "pairs of a million balls, so many times as fast as NumPy's indexing and a batch: 8.00 for rows in 2D. A step "
-        "of a gas of",
-        "10,000 disks takes an engine 8.00 times as long.",
-        "",
-    ]
-    assert report.simulation({"benchmarks": []}) == []
+def rows_of(lines):
+    """The cells of the tables' lines, by the first of them; of several tables all."""
+    found = {}
+    for line in lines:
+        if line.startswith("| "):
+            first, *cells = (cell.strip() for cell in line[1:-1].split("|"))
+            found.setdefault(first, []).append(cells)
+    return found
 
 
-def test_files_are_reported_as_far_as_they_were_measured(report, data):
-    assert report.files(data) == [
-        "`collide resolve`, all synced to disk: 9 pairs: 5.25 million pairs a second, 1.75 times as fast as a frame, "
-        "2.50 times",
-        "as fast as a base.",
-        "Dask, from disk to disk on 2 processes of 1 thread: 0.25 times the rate of one call.",
-        "",
-    ]
-    assert report.files({"benchmarks": []}) == []
-
-
-def test_the_section(report, data):
-    text = report.section(data)
-    assert f"| **collide** |{' **500** |' * 6}\n" in text
-    assert f"| NumPy |{' 50.0 (10.0x) |' * 6}\n" in text
-    assert "in place 1.50 / 1.50 / 1.50 / 1.50 (on a line / in the plane / in space / polar form)" in text.replace(
-        "\n", " "
+def test_the_table_of_the_readme(report, data):
+    lines = report.summary(data)
+    rows = rows_of(lines)
+    assert rows["1 pair, in the plane, columns"] == [["4.00 us", "0.25", "3.25", "0.50", ""]]
+    assert rows["10,000,000 pairs, in space"] == [["20.0 ms", "500", "10.0", "", "0.80"]]
+    assert rows["10,000,000 pairs, time of impact"] == [["20.0 ms", "500", "10.0", "", "0.80"]]
+    assert len(rows) <= 1 + 8
+    assert (
+        " ".join(lines[-3:]).strip().endswith("A processor, 2 threads; Python 3.11, NumPy 2.4, Numba 0.68; 2026-01-02.")
     )
-    assert "on a line 6.0 us, NumPy's expression 3.0" in text
-    assert "Where it loses: 1 pair on a line: NumPy 0.50." in text
-    assert "| | 1 pair | 1,000 pairs |" in text
-    assert "| rows | 4.00 us: 0.50, 3.25 | 4.00 ms: 0.50, 3.25 |" in text
-    assert "2026-01-02" in text
-    assert max(len(line) for line in text.splitlines() if line[0:1] != "|") <= 120
 
 
-def test_forms_that_were_not_measured_are_left_out(report, data):
-    """As in what was saved before there were three dimensions."""
-    data["benchmarks"] = [b for b in data["benchmarks"] if "3d" not in b["extra_info"].get("form", "")]
-    text = report.section(data)
-    assert f"| **collide** |{' **500** |' * 4}\n" in text
-    assert "in place 1.50 / 1.50 / 1.50 (on a line / in the plane / polar form)" in text.replace("\n", " ")
-    assert "space" not in text
+def test_all_measurements(report, data):
+    lines = report.measurements(data)
+    rows = rows_of(lines)
+    assert rows["collide"] == [["500"] * 6]
+    assert rows["NumPy"] == [["50.0"] * 6, ["10.0"] * 6]
+    assert rows["the memory limit: the same bytes, nothing computed"] == [["625"] * 6, ["0.80"] * 6]
+    assert rows["columns"] == [["4.00 us", "4.00 ms"], ["0.50", "0.50"], ["3.25", "3.25"]]
+    assert rows["polar form"] == [["6.0 us", "12.0 us"]]
+    assert rows["in place"] == [["1.50"] * 4]
+    assert rows["a tree, open"] == [["0.50", "7.44"]]
+    assert rows["a tree, periodic"] == [["", "12.3"]]
+    assert rows["500,000 pairs of a million balls in rows in 2D, by NumPy's indexing"] == [["8.00"]]
+    assert rows["cell order"] == [["51.2"]]
+    assert rows["a gas, by an engine"] == [["8.00"]]
+    assert rows["9 pairs"] == [["5.25", "a frame: 1.75"], ["5.00", "a base: 2.50"]]
+    assert rows["one call"] == [["0.25"]]
+    assert rows["the first call of resolve_2d, which is compiled"] == [["5.00 s"]]
+    assert max(len(line) for line in lines if line[0:1] != "|") <= 120
 
 
-def test_rewriting_touches_nothing_else(report):
-    readme = f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n"
-    new = report.rewrite(readme, "new")
-    assert new == f"before\n{report.BEGIN}\nnew\n{report.END}\nafter\n"
-    with pytest.raises(SystemExit):
-        report.rewrite("no markers", "new")
+def test_where_others_are_faster(report, data):
+    rows = rows_of(report.losses(data))
+    assert {(case, who) for case, found in rows.items() for who, _ in found if case} == {
+        ("1 pair, on a line", "NumPy"),
+        ("1 pair, columns", "prange"),
+        ("1,000 pairs, columns", "prange"),
+        ("100 disks, open", "a tree"),
+    }
+    assert rows["1 pair, on a line"] == [["NumPy", "0.50"]]
+    assert report.losses({"benchmarks": []})[-2] == "Nowhere in this run."
 
 
-def test_the_readme_was_written_by_it(report):
-    readme = (ROOT / "README.md").read_text()
-    inside = readme.partition(report.BEGIN)[2].partition(report.END)[0]
-    for label, *_ in report.CONTESTANTS.values():
-        if label != report.CONTESTANTS["pymunk"][0]:
-            assert f"{label}" in inside
-    assert report.COMMAND in inside.replace("\n", " ")
-    for name in ("sizes.svg", "bars.svg"):
-        assert f"benchmarks/results/{name}" in inside
-        assert (report.RESULTS / name).exists()
+@pytest.mark.parametrize(
+    ("what", "row"),
+    [
+        ("'3d'", "10,000,000 pairs, in space"),
+        ("'columns'", "columns"),
+        ("a tree", "a tree, open"),
+        ("in_place", "in place"),
+        ("9 pairs", "9 pairs"),
+        ("an engine", "a gas, by an engine"),
+        ("'start'", "import numba"),
+        ("'bytes only'", "the memory limit: the same bytes, nothing computed"),
+    ],
+)
+def test_what_was_not_measured_is_left_out(report, data, what, row):
+    """And nothing else."""
+
+    def rows(data):
+        return rows_of([*report.summary(data), *report.measurements(data)])
+
+    before = rows(data)
+    after = rows(data | {"benchmarks": [b for b in data["benchmarks"] if what not in str(b["extra_info"])]})
+    assert row in before
+    assert row not in after
+    assert len(before) - len(after) <= 5
+
+
+def test_nothing_measured_is_no_table(report, data):
+    lines = report.measurements(data | {"benchmarks": []})
+    assert not [line for line in lines if line.startswith("|")]
+
+
+def test_rewriting_touches_nothing_else(report, tmp_path):
+    path = tmp_path / "README.md"
+    path.write_text(f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n")
+    report.rewrite(path, ["new", ""])
+    assert path.read_text() == f"before\n{report.BEGIN}\nnew\n{report.END}\nafter\n"
+    path.write_text("no markers")
+    with pytest.raises(SystemExit, match="has no <!-- measured"):
+        report.rewrite(path, ["new", ""])
+    assert path.read_text() == "no markers"
+
+
+def test_the_readmes_were_written_by_it(report):
+    for name, labels in (
+        ("README.md", ["10,000,000 pairs, in space"]),
+        ("benchmarks/README.md", ["Taichi", "numexpr", "JAX"]),
+    ):
+        inside = (ROOT / name).read_text().partition(report.BEGIN)[2].partition(report.END)[0]
+        for label in labels:
+            assert label in inside
+        for picture in re.findall(r"!\[.*\]\((.*)\)", inside):
+            assert ((ROOT / name).parent / picture).exists()
