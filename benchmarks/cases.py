@@ -102,7 +102,8 @@ def drawn_pairs(d: int, layout: str) -> tuple[Array, Array, Any, Any]:
     rng = np.random.default_rng(0)
     i, j = rng.permutation(n).reshape(2, -1).copy()
     vectors = rng.normal(size=(n, d)), rng.normal(size=(i.size, d))
-    return i, j, *(a if layout == "rows" else tuple(c.copy() for c in a.T) for a in vectors)
+    v, normals = (a if layout == "rows" else tuple(c.copy() for c in a.T) for a in vectors)
+    return i, j, v, normals
 
 
 def settled_gas(n: int) -> tuple[Array, Array, float]:

@@ -106,7 +106,7 @@ def race(benchmark: Any) -> Callable[..., float]:
         benchmark.extra_info.update(info)
         if not benchmark.enabled:
             return math.nan
-        ratio = statistics.median(r / c for r, c in zip(references, benchmark.stats.stats.data, strict=False))
+        ratio: float = statistics.median(r / c for r, c in zip(references, benchmark.stats.stats.data, strict=False))
         benchmark.extra_info["as fast as the reference"] = ratio
         said = f"{ratio:.2f} times as fast as the reference"
         if "n" in info:

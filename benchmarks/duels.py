@@ -13,7 +13,7 @@ import numpy as np
 import pyarrow.parquet as pq
 from cases import GAS_TIME_STEP, disks, make_case
 from contestants import SEARCHES, TABLES, WALLS, by_hand, dask, entered, itself
-from rounds import Timed, after, calls_a_round
+from rounds import After, Timed, calls_a_round
 
 import collide
 from collide.examples import gas
@@ -67,8 +67,8 @@ def resolution(i: Any, j: Any, x: Any, y: Any) -> Duel:
     assert collide.resolve_contacts(i, j, 1.0, x, y, *ours) == by_hand.contacts(i, j, x, y, *theirs)
     np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9)
     return (
-        after(lambda: np.copyto(ours, v), lambda: collide.resolve_contacts(i, j, 1.0, x, y, *ours)),
-        after(lambda: np.copyto(theirs, v), lambda: by_hand.contacts(i, j, x, y, *theirs)),
+        After(lambda: np.copyto(ours, v), lambda: collide.resolve_contacts(i, j, 1.0, x, y, *ours)),
+        After(lambda: np.copyto(theirs, v), lambda: by_hand.contacts(i, j, x, y, *theirs)),
         1,
     )
 
@@ -148,7 +148,7 @@ def table(rival: str, source: Path, cold: bool) -> Duel:
             found.append(next(pq.ParquetFile(target).iter_batches(1 << 17)))
         for name in (*make_pairs.NAMES, *make_pairs.RESULTS):
             np.testing.assert_allclose(found[1][name], found[0][name], rtol=1e-6, atol=1e-6)
-    return after(ready, resolve), after(ready, contestant), 1
+    return After(ready, resolve), After(ready, contestant), 1
 
 
 def cluster(two: Any, rival: Any, folder: Path) -> Duel:

@@ -19,7 +19,7 @@ def style() -> Any:
     import matplotlib
 
     matplotlib.use("svg")
-    inked = ("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color")
+    inked: Any = ("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color")
     matplotlib.rcParams.update(dict.fromkeys(inked, INK))
     matplotlib.rcParams.update({"savefig.transparent": True, "legend.frameon": False, "font.size": 9})
     matplotlib.rcParams.update({"axes.spines.top": False, "axes.spines.right": False})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable
 from typing import Any
@@ -18,14 +19,15 @@ def calls_a_round(n: int, seconds: float = 2.5e-9) -> int:
     return max(1, round(2e-3 / (5e-6 + seconds * n)))
 
 
-def after(reset: Timed, call: Timed) -> Timed:
+@dataclasses.dataclass
+class After:
     """The call, for rounds that put back before each what one call of it changes. That is not timed."""
 
-    def again() -> Any:
-        return call()
+    reset: Timed
+    call: Timed
 
-    again.reset = reset
-    return again
+    def __call__(self) -> Any:
+        return self.call()
 
 
 def seconds(call: Timed, calls: int = 1) -> float:

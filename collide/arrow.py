@@ -15,9 +15,15 @@ except ModuleNotFoundError:
 
 from ._tables import by_name
 from ._tables.arrow_batches import from_numpy, no_rows, to_numpy
+from ._typing import Invalid
 from .errors import InvalidPairError
 
 __all__ = ["resolve"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 Data = TypeVar("Data", pa.RecordBatch, pa.Table)
 
@@ -29,26 +35,54 @@ def resolve(
     *,
     restitution: float | None = None,
     approaching_only: bool = False,
-    invalid: str = "raise",
+    invalid: Invalid = "raise",
 ) -> Data:
-    """The table with the velocities after the collisions in columns added at its end, a pair a row.
+    """Compute the velocities after the collisions of a table, a pair a row, and add them as columns at its end.
 
-    data: a pyarrow RecordBatch or Table. The columns of its form have one of the types bool, integer, halffloat,
-        float and double and no nulls; they are read where they lie, without a copy (bool apart). All columns of the
-        input, and its metadata, are in the result, sharing its memory.
-    form: "1d": m1, m2, v1, v2 give u1, u2; "2d": m1, m2, v1x, v1y, v2x, v2y, nx, ny give u1x, u1y, u2x, u2y;
-        "3d": these and v1z, v2z, nz give u1z and u2z as well; "polar": m1, m2, v1, theta1, v2, theta2, phi give u1x,
-        u1y, u2x, u2y. None: the one whose columns are there. Each may have a column restitution. The equations and
-        units are those of `resolve_1d`, `resolve_2d`, `resolve_3d`, `resolve_polar`.
-    columns: the names of columns that are called otherwise, by these names; of added ones too.
-    restitution: e, finite and >= 0, for all pairs. None: the column restitution, or 1 where there is none.
-    approaching_only, invalid: as for the batch functions. The row of an invalid pair is its `index`.
+    The equations are those of `collide.resolve_1d`, `resolve_2d`, `resolve_3d` and `resolve_polar`, to the bit.
 
-    Added columns are of type float where np.result_type of the columns is float32 or float16, else double.
+    Parameters
+    ----------
+    data : pyarrow.RecordBatch or pyarrow.Table
+        The columns of its form have one of the types bool, integer, halffloat, float and double and no nulls, in any
+        consistent set of units, angles in radians; they are read where they lie, without a copy (bool apart).
+    form : {"1d", "2d", "3d", "polar"}, optional
+        "1d": m1, m2, v1, v2 give u1, u2. "2d": m1, m2, v1x, v1y, v2x, v2y, nx, ny give u1x, u1y, u2x, u2y. "3d": these
+        and v1z, v2z, nz give u1z and u2z as well. "polar": m1, m2, v1, theta1, v2, theta2, phi give u1x, u1y, u2x, u2y.
+        Each may have a column restitution. By default it is the one whose columns are there.
+    columns : mapping of str to str, optional
+        The names of columns that are called otherwise, by those above; of added ones too.
+    restitution : float, optional
+        Coefficient of restitution e of all pairs, finite and >= 0: 1 is elastic. Above 1 a collision adds energy. By
+        default it is the column restitution, or 1 where there is none.
+    approaching_only : bool, optional
+        True leaves as they are the pairs that do not approach ((v1-v2).n <= 0), two immovable balls among them.
+    invalid : {"raise", "keep", "nan"}, optional
+        What happens to a pair that breaks a rule of `collide.resolve_2d`, or whose result is too large for its type.
+        "raise": InvalidPairError is raised, and there is no table. "keep": it keeps its velocities. "nan": it gets NaN.
 
-    Raises InvalidPairError as said; ValueError for columns that are missing, double, there already, or with nulls, and
-    for an unknown form; TypeError for other types and other data.
+    Returns
+    -------
+    pyarrow.RecordBatch or pyarrow.Table
+        As `data`: all its columns and its metadata, sharing its memory, and the results. These are of type float where
+        np.result_type of the columns is float32 or float16, else double.
 
+    Raises
+    ------
+    InvalidPairError
+        As said under `invalid`; its `index` is the row. It is a ValueError.
+    ValueError
+        For columns that are missing, double, there already, or with nulls, an unknown `form`, a name in `columns` that
+        no form has, a bad `restitution`, an unknown `invalid`.
+    TypeError
+        For columns of other types, and other data.
+
+    See Also
+    --------
+    collide.resolve_2d : Its rules, and how exact it is.
+
+    Examples
+    --------
     >>> table = pa.table({"mass": [0.5, 0.5], "m2": [3.5, 3.5], "v1": [4.0, 8.0], "v2": [0.0, 0.0]})
     >>> collide.arrow.resolve(table, columns={"m1": "mass"}).select(["u1", "u2"]).to_pydict()
     {'u1': [-3.0, -6.0], 'u2': [1.0, 2.0]}

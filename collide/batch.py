@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ._pairs import execution, vectors
 from ._pairs.forms import FORM_1D, FORM_2D, FORM_3D, FORM_POLAR, IMPACT, IMPACT_3D, IMPULSE_2D, IMPULSE_3D
-from ._typing import Array
+from ._typing import Array, Invalid, InvalidTime
 
 Result = TypeVar("Result")  # numbers or arrays; batch.pyi says which
 
@@ -58,8 +58,8 @@ def resolve_1d(
     *,
     restitution: ArrayLike = 1.0,
     approaching_only: bool = False,
-    invalid: str = "raise",
-    out: tuple[Array, Array] | None = None,
+    invalid: Invalid = "raise",
+    out: tuple[Array, ...] | None = None,
 ) -> Velocities1D[Any]:
     """Compute the velocities after collisions on a line.
 
@@ -114,6 +114,10 @@ def resolve_1d(
     result rounded once. A velocity is off by at most 8 * 2**-52 of the pair's largest component before or after, and
     (1+e)/2 times that where e > 1.
 
+    The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
+    NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all
+    kernels ahead.
+
     Examples
     --------
     >>> collide.resolve_1d(0.5, 3.5, [4.0, 8.0], 0.0)
@@ -135,8 +139,8 @@ def resolve_2d(
     *,
     restitution: ArrayLike = 1.0,
     approaching_only: bool = False,
-    invalid: str = "raise",
-    out: tuple[Array, Array, Array, Array] | None = None,
+    invalid: Invalid = "raise",
+    out: tuple[Array, ...] | None = None,
 ) -> Velocities2D[Any]:
     """Compute the velocities after collisions in the plane, between smooth balls that do not spin.
 
@@ -195,6 +199,10 @@ def resolve_2d(
     result rounded once. A velocity is off by at most 8 * 2**-52 of the pair's largest component before or after, and
     (1+e)/2 times that where e > 1.
 
+    The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
+    NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all
+    kernels ahead.
+
     Examples
     --------
     A ball meets its equal, at rest, 45 degrees off centre:
@@ -221,8 +229,8 @@ def resolve_3d(
     *,
     restitution: ArrayLike = 1.0,
     approaching_only: bool = False,
-    invalid: str = "raise",
-    out: tuple[Array, Array, Array, Array, Array, Array] | None = None,
+    invalid: Invalid = "raise",
+    out: tuple[Array, ...] | None = None,
 ) -> Velocities3D[Any]:
     """Compute the velocities after collisions in space, between smooth balls that do not spin.
 
@@ -281,6 +289,10 @@ def resolve_3d(
     result rounded once. A velocity is off by at most 8 * 2**-52 of the pair's largest component before or after, and
     (1+e)/2 times that where e > 1.
 
+    The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
+    NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all
+    kernels ahead.
+
     Examples
     --------
     A ball that falls meets its equal, at rest, 45 degrees off centre:
@@ -302,8 +314,8 @@ def resolve(
     *,
     restitution: ArrayLike = 1.0,
     approaching_only: bool = False,
-    invalid: str = "raise",
-    out: tuple[Array, Array] | None = None,
+    invalid: Invalid = "raise",
+    out: tuple[Array, ...] | None = None,
 ) -> Velocities[Any]:
     """Compute the velocities after collisions of vectors along the last axis: the rows of (N, 2) or (N, 3) arrays.
 
@@ -358,6 +370,10 @@ def resolve(
     result is the float64 result rounded once. A velocity is off by at most 8 * 2**-52 of the pair's largest component
     before or after, and (1+e)/2 times that where e > 1.
 
+    The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
+    NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all
+    kernels ahead.
+
     Examples
     --------
     A ball meets its equal, at rest, 45 degrees off centre:
@@ -380,8 +396,8 @@ def resolve_polar(
     *,
     restitution: ArrayLike = 1.0,
     approaching_only: bool = False,
-    invalid: str = "raise",
-    out: tuple[Array, Array, Array, Array] | None = None,
+    invalid: Invalid = "raise",
+    out: tuple[Array, ...] | None = None,
 ) -> Velocities2D[Any]:
     """Compute velocity components after collisions in the plane, from speeds and directions.
 
@@ -442,6 +458,10 @@ def resolve_polar(
     result rounded once. A velocity is off by at most 10 * 2**-52 of the pair's largest component before or after, and
     (1+e)/2 times that where e > 1.
 
+    The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
+    NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all
+    kernels ahead.
+
     Examples
     --------
     >>> collide.resolve_polar(1.0, 1.0, [2.0], 0.0, 0.0, 0.0, np.pi / 4)[0].round(15)
@@ -463,7 +483,7 @@ def impulse_2d(
     *,
     restitution: ArrayLike = 1.0,
     approaching_only: bool = False,
-    invalid: str = "raise",
+    invalid: Invalid = "raise",
     out: Array | None = None,
 ) -> Any:
     """Compute the impulse on ball 2 along n/|n| in collisions in the plane.
@@ -519,6 +539,10 @@ def impulse_2d(
     result rounded once. An impulse is off by at most 16 * 2**-52 of the lighter mass times the largest velocity
     component before or after.
 
+    The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
+    NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all
+    kernels ahead.
+
     Examples
     --------
     >>> collide.impulse_2d(1.0, np.inf, [2.0, 3.0], 0.0, 0.0, 0.0, 1.0, 0.0)
@@ -543,7 +567,7 @@ def impulse_3d(
     *,
     restitution: ArrayLike = 1.0,
     approaching_only: bool = False,
-    invalid: str = "raise",
+    invalid: Invalid = "raise",
     out: Array | None = None,
 ) -> Any:
     """Compute the impulse on ball 2 along n/|n| in collisions in space.
@@ -599,6 +623,10 @@ def impulse_3d(
     result rounded once. An impulse is off by at most 20 * 2**-52 of the lighter mass times the largest velocity
     component before or after.
 
+    The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
+    NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all
+    kernels ahead.
+
     Examples
     --------
     >>> collide.impulse_3d(1.0, np.inf, 0.0, 0.0, [-2.0, -3.0], 0.0, 0.0, 0.0, 0.0, 0.0, -1.0)
@@ -615,7 +643,7 @@ def time_of_impact(
     dvy: ArrayLike,
     distance: ArrayLike,
     *,
-    invalid: str = "raise",
+    invalid: InvalidTime = "raise",
     out: Array | None = None,
 ) -> Any:
     """Compute the earliest times t >= 0 at which balls that move uniformly in the plane touch.
@@ -666,6 +694,10 @@ def time_of_impact(
     NumPy's rules; a scalar stays one. The arithmetic is float64 throughout, so that a float32 result is the float64
     result rounded once. A time is off by at most 8 eps t + eps**2 d^2/|d.w|, with eps = 2**-52.
 
+    The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
+    NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all
+    kernels ahead.
+
     Examples
     --------
     >>> collide.time_of_impact([5.0, 5.0], 0.0, [-1.0, 1.0], 0.0, 2.0)
@@ -683,7 +715,7 @@ def time_of_impact_3d(
     dvz: ArrayLike,
     distance: ArrayLike,
     *,
-    invalid: str = "raise",
+    invalid: InvalidTime = "raise",
     out: Array | None = None,
 ) -> Any:
     """Compute the earliest times t >= 0 at which balls that move uniformly in space touch.
@@ -733,6 +765,10 @@ def time_of_impact_3d(
     All arguments are numbers or arrays of bool, integers, float16, float32 or float64, and broadcast together by
     NumPy's rules; a scalar stays one. The arithmetic is float64 throughout, so that a float32 result is the float64
     result rounded once. A time is off by at most 8 eps t + eps**2 d^2/|d.w|, with eps = 2**-52.
+
+    The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
+    NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all
+    kernels ahead.
 
     Examples
     --------

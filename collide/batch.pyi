@@ -1,10 +1,12 @@
 """The types of the batch functions: numbers give np.float64, `out` gives its own type, all else arrays of floats."""
 
-from typing import Generic, Literal, NamedTuple, overload
+from typing import Generic, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import TypeVar
+
+from ._typing import Invalid, InvalidTime
 
 Result = TypeVar("Result", default=NDArray[np.floating])
 _Out = TypeVar("_Out", bound=NDArray[np.floating])
@@ -40,8 +42,8 @@ def resolve_1d(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
-    out: tuple[_Out, _Out],
+    invalid: Invalid = ...,
+    out: tuple[_Out, ...],
 ) -> Velocities1D[_Out]: ...
 @overload
 def resolve_1d(
@@ -52,7 +54,7 @@ def resolve_1d(
     *,
     restitution: float = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: None = ...,
 ) -> Velocities1D[np.float64]: ...
 @overload
@@ -64,7 +66,7 @@ def resolve_1d(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: None = ...,
 ) -> Velocities1D[NDArray[np.floating]]: ...
 @overload
@@ -80,8 +82,8 @@ def resolve_2d(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
-    out: tuple[_Out, _Out, _Out, _Out],
+    invalid: Invalid = ...,
+    out: tuple[_Out, ...],
 ) -> Velocities2D[_Out]: ...
 @overload
 def resolve_2d(
@@ -96,7 +98,7 @@ def resolve_2d(
     *,
     restitution: float = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: None = ...,
 ) -> Velocities2D[np.float64]: ...
 @overload
@@ -112,7 +114,7 @@ def resolve_2d(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: None = ...,
 ) -> Velocities2D[NDArray[np.floating]]: ...
 @overload
@@ -131,8 +133,8 @@ def resolve_3d(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
-    out: tuple[_Out, _Out, _Out, _Out, _Out, _Out],
+    invalid: Invalid = ...,
+    out: tuple[_Out, ...],
 ) -> Velocities3D[_Out]: ...
 @overload
 def resolve_3d(
@@ -150,7 +152,7 @@ def resolve_3d(
     *,
     restitution: float = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: None = ...,
 ) -> Velocities3D[np.float64]: ...
 @overload
@@ -169,7 +171,7 @@ def resolve_3d(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: None = ...,
 ) -> Velocities3D[NDArray[np.floating]]: ...
 @overload
@@ -182,8 +184,8 @@ def resolve(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
-    out: tuple[_Out, _Out],
+    invalid: Invalid = ...,
+    out: tuple[_Out, ...],
 ) -> Velocities[_Out]: ...
 @overload
 def resolve(
@@ -195,7 +197,7 @@ def resolve(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: None = ...,
 ) -> Velocities[NDArray[np.floating]]: ...
 @overload
@@ -210,8 +212,8 @@ def resolve_polar(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
-    out: tuple[_Out, _Out, _Out, _Out],
+    invalid: Invalid = ...,
+    out: tuple[_Out, ...],
 ) -> Velocities2D[_Out]: ...
 @overload
 def resolve_polar(
@@ -225,7 +227,7 @@ def resolve_polar(
     *,
     restitution: float = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: None = ...,
 ) -> Velocities2D[np.float64]: ...
 @overload
@@ -240,7 +242,7 @@ def resolve_polar(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: None = ...,
 ) -> Velocities2D[NDArray[np.floating]]: ...
 @overload
@@ -256,7 +258,7 @@ def impulse_2d(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: _Out,
 ) -> _Out: ...
 @overload
@@ -272,7 +274,7 @@ def impulse_2d(
     *,
     restitution: float = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: None = ...,
 ) -> np.float64: ...
 @overload
@@ -288,7 +290,7 @@ def impulse_2d(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: None = ...,
 ) -> NDArray[np.floating]: ...
 @overload
@@ -307,7 +309,7 @@ def impulse_3d(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: _Out,
 ) -> _Out: ...
 @overload
@@ -326,7 +328,7 @@ def impulse_3d(
     *,
     restitution: float = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: None = ...,
 ) -> np.float64: ...
 @overload
@@ -345,7 +347,7 @@ def impulse_3d(
     *,
     restitution: ArrayLike = ...,
     approaching_only: bool = ...,
-    invalid: Literal["raise", "keep", "nan"] = ...,
+    invalid: Invalid = ...,
     out: None = ...,
 ) -> NDArray[np.floating]: ...
 @overload
@@ -356,7 +358,7 @@ def time_of_impact(
     dvy: ArrayLike,
     distance: ArrayLike,
     *,
-    invalid: Literal["raise", "nan"] = ...,
+    invalid: InvalidTime = ...,
     out: _Out,
 ) -> _Out: ...
 @overload
@@ -367,7 +369,7 @@ def time_of_impact(
     dvy: float,
     distance: float,
     *,
-    invalid: Literal["raise", "nan"] = ...,
+    invalid: InvalidTime = ...,
     out: None = ...,
 ) -> np.float64: ...
 @overload
@@ -378,7 +380,7 @@ def time_of_impact(
     dvy: ArrayLike,
     distance: ArrayLike,
     *,
-    invalid: Literal["raise", "nan"] = ...,
+    invalid: InvalidTime = ...,
     out: None = ...,
 ) -> NDArray[np.floating]: ...
 @overload
@@ -391,7 +393,7 @@ def time_of_impact_3d(
     dvz: ArrayLike,
     distance: ArrayLike,
     *,
-    invalid: Literal["raise", "nan"] = ...,
+    invalid: InvalidTime = ...,
     out: _Out,
 ) -> _Out: ...
 @overload
@@ -404,7 +406,7 @@ def time_of_impact_3d(
     dvz: float,
     distance: float,
     *,
-    invalid: Literal["raise", "nan"] = ...,
+    invalid: InvalidTime = ...,
     out: None = ...,
 ) -> np.float64: ...
 @overload
@@ -417,6 +419,6 @@ def time_of_impact_3d(
     dvz: ArrayLike,
     distance: ArrayLike,
     *,
-    invalid: Literal["raise", "nan"] = ...,
+    invalid: InvalidTime = ...,
     out: None = ...,
 ) -> NDArray[np.floating]: ...

@@ -15,7 +15,7 @@ from ._contacts.in_order import CONTACTS, PAIRS, TOUCHING
 from ._pairs.arguments import as_array, gives_nan, truth
 from ._pairs.forms import FORM_2D
 from ._pairs.vectors import FORMS
-from ._typing import Array
+from ._typing import Array, Invalid
 
 _MOST_BALLS = (1 << 29) - 1024  # the numbers of their cells, four a ball, are kept as int32
 
@@ -74,6 +74,10 @@ def find_contacts(
     spots, far apart from each other, of much smaller ones. Besides the list, up to 100 bytes a ball are needed for a
     while, and 8 more for each column that is not contiguous float64.
 
+    The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
+    NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all
+    kernels ahead.
+
     Examples
     --------
     >>> i, j = collide.find_contacts([0.0, 1.5, 9.5], [0.0, 0.0, 0.0], 1.0)
@@ -113,7 +117,7 @@ def resolve_contacts(
     radius: ArrayLike | None = None,
     restitution: ArrayLike = 1.0,
     box: tuple[float | None, float | None] | None = None,
-    invalid: str = "raise",
+    invalid: Invalid = "raise",
     impulse: Array | None = None,
 ) -> int:
     """Resolve the contacts of a ball state in place, one after another in the order of the list.
@@ -168,6 +172,12 @@ def resolve_contacts(
     TypeError
         For other dtypes: inputs are of bool, integers, float16, float32 or float64. Masked arrays.
 
+    Notes
+    -----
+    The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
+    NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all
+    kernels ahead.
+
     Examples
     --------
     >>> vx, vy = np.array([1.0, 0.0, 0.0]), np.zeros(3)
@@ -202,7 +212,7 @@ def resolve_pairs(
     *,
     restitution: ArrayLike = 1.0,
     approaching_only: bool = False,
-    invalid: str = "raise",
+    invalid: Invalid = "raise",
     impulse: Array | None = None,
 ) -> int:
     """Resolve collisions of balls by number, each with a normal of its own, in place and in the order of the list.
@@ -255,6 +265,10 @@ def resolve_pairs(
     -----
     On several threads a byte a ball is needed for a while. Inputs that are not float64 are copied, and so are those
     that share memory with what is written: what counts are their values before the call.
+
+    The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
+    NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all
+    kernels ahead.
 
     Examples
     --------
@@ -341,6 +355,10 @@ def resolve_walls(
     ``scalar.impulse_2d``. Inputs of bool, integer, float16, float32 or float64 are taken; those that share memory with
     vx, vy or impulse count as they were before. Positions and velocities are not copied, where they are of one dtype:
     the columns of an (n, 2) array will do. Besides, a byte is needed for 64 balls.
+
+    The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
+    NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all
+    kernels ahead.
 
     Examples
     --------

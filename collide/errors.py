@@ -10,9 +10,38 @@ from typing import Any
 class InvalidPairError(ValueError):
     """Some pairs of a batch break the rules; all others have been resolved.
 
-    index: tuple of int, the first invalid pair, in the broadcast shape of the batch
-    count: int, how many pairs are invalid
-    reason: str, what is wrong with the first: the argument, its value and the rule
+    Their results are in `out`, and those of a ball state in place; without `out` they are lost with the call. Where
+    that would matter, pass `out`, or ask for ``invalid="keep"`` or ``invalid="nan"``, which raise nothing.
+
+    Parameters
+    ----------
+    index, count, reason : tuple of int, int, str
+        The attributes.
+
+    Attributes
+    ----------
+    index : tuple of int
+        The first invalid pair, in the broadcast shape of the batch, without the last axis where that is of vectors; of
+        numbers it is (). In a list of contacts or pairs it is the place there, in a table the row.
+    count : int
+        How many pairs are invalid; in a Dask array, how many of the first chunk that has any.
+    reason : str
+        What is wrong with the first: the argument, its value and the rule.
+
+    See Also
+    --------
+    resolve_2d : What its `invalid` says holds for all functions of the kind.
+
+    Examples
+    --------
+    >>> out = np.empty(2), np.empty(2)
+    >>> try:
+    ...     collide.resolve_1d(0.5, 3.5, [4.0, np.nan], 0.0, out=out)
+    ... except collide.InvalidPairError as error:
+    ...     print(error.index, error.count, error.reason)
+    (1,) 1 v1 = nan: must be finite
+    >>> out[1]
+    array([1., 0.])
     """
 
     def __init__(self, index: tuple[int, ...], count: int, reason: str) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numba
 import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-INFINITY = 0x7FF << 52
+INFINITY: Any = 0x7FF << 52
 
 
 @intrinsic

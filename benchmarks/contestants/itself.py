@@ -30,4 +30,5 @@ def batch(case: Case) -> Call:
 def command() -> Callable[[list[str]], int]:
     """What the command `collide` calls, which gives its exit status."""
     (found,) = entry_points(group="console_scripts", name="collide")
-    return found.load()
+    command: Callable[[list[str]], int] = found.load()
+    return command

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,7 @@ def walls(x: Any, y: Any, vx: Any, vy: Any, radius: float, side: float) -> int:
     for place, v in ((x, vx), (y, vy)):
         out = ((place - radius <= 0.0) & (v < 0.0)) | ((place + radius >= side) & (v > 0.0))
         v[out] *= -1.0
-        count += np.count_nonzero(out)
+        count += int(np.count_nonzero(out))
     return count
 
 
@@ -75,6 +76,13 @@ def _first_root(b: Any, square: Any, gap: Any) -> Any:
 
 
 def batch(case: Case) -> Call:
-    functions = {"1d": line, "2d": plane, "3d": space, "polar": polar, "impact": impact, "impact_3d": impact_3d}
+    functions: dict[str, Callable[..., Any]] = {
+        "1d": line,
+        "2d": plane,
+        "3d": space,
+        "polar": polar,
+        "impact": impact,
+        "impact_3d": impact_3d,
+    }
     function = functions[case.form]
     return lambda: function(*case.columns)

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from cases import Array, Call, Case
+from rounds import After
 
 from collide.examples.neighbours import RADIUS
 
 from .missing import MissingError, collisions_on_all_threads_only, peer
+
+
+@dataclasses.dataclass
+class Step(After):
+    """A step of the engine, of whose results only the answer is compared."""
+
+    answer: Call
 
 
 def batch(case: Case) -> Call:
@@ -52,8 +61,7 @@ def batch(case: Case) -> Call:
     def answer() -> Sequence[Array]:
         return tuple(np.array([body.velocity for body in bodies]).reshape(-1, 4).T)
 
-    step.reset, step.answer = reset, answer
-    return step
+    return Step(reset, step, answer)
 
 
 def gas(position: Array, v: Array, side: float, threads: int) -> Any:
@@ -78,4 +86,4 @@ def gas(position: Array, v: Array, side: float, threads: int) -> Any:
 
 
 def energy(space: Any) -> float:
-    return sum(body.velocity.length**2 for body in space.bodies)
+    return float(sum(body.velocity.length**2 for body in space.bodies))

@@ -3,6 +3,7 @@
 import importlib.machinery
 import os
 import pickle
+import sys
 import time
 from pathlib import Path
 
@@ -100,6 +101,8 @@ def a_link(path):
 
 
 def of_another_user(path):
+    if sys.platform == "win32":
+        pytest.skip("of what Windows lacks")
     os.chown(path, 12345, -1)
 
 
@@ -143,6 +146,8 @@ def test_folder_in_a_kernels_place_stays_there(cache, loads):
 @pytest.mark.unix
 def test_kernels_of_root_are_for_all(cache, loads, monkeypatch):
     """And users do not replace each other's."""
+    if sys.platform == "win32":
+        pytest.skip("of what Windows lacks")
     monkeypatch.setattr(ownership, "owners", lambda: (os.geteuid(), os.geteuid()))
     assert not loads()
     monkeypatch.setattr(ownership, "owners", lambda: (54321, os.geteuid()))
@@ -167,6 +172,8 @@ def test_kernels_may_be_read_by_all_and_written_by_their_owner(mask, cache, load
 @pytest.mark.unix
 def test_nothing_is_kept_where_files_have_no_rights(cache, loads, monkeypatch):
     """It would never be read, and found anew in every process."""
+    if sys.platform == "win32":
+        pytest.skip("of what Windows lacks")
     chmod = os.fchmod
     monkeypatch.setattr(os, "fchmod", lambda handle, mode: chmod(handle, 0o777))
     assert not loads()

@@ -53,7 +53,7 @@ def case(name):
         c = *pairs.uniform(rng, -9, 9, (6 if name.endswith("3d") else 4, N)), pairs.uniform(rng, 0, 5, N)
         return c, [getattr(collide, name)(*c)]
     if name == "resolve_pairs":
-        i, m, v, n = rng.integers(0, N, N), pairs.uniform(rng, 1, 9, N), *pairs.uniform(rng, -1, 1, (2, 3, N))
+        i, m, (v, n) = rng.integers(0, N, N), pairs.uniform(rng, 1, 9, N), pairs.uniform(rng, -1, 1, (2, 3, N))
         j, plane, space, impulses = (
             (i + rng.integers(1, N, N)) % N,
             v[:2].copy(),
@@ -64,7 +64,7 @@ def case(name):
             collide.resolve_pairs(i, j, m, tuple(u), tuple(n[: len(u)]), restitution=0.7, impulse=impulse)
         return (i, j, m, v, n), [plane, space, impulses]
     if name == "find_contacts, few":
-        x, y, radius = *pairs.uniform(rng, 0, 70, (2, 1000)), 0.02 * rng.integers(1, 60, 1000)
+        (x, y), radius = pairs.uniform(rng, 0, 70, (2, 1000)), 0.02 * rng.integers(1, 60, 1000)
         return (x, y, radius), collide.find_contacts(x, y, radius, box=(70, None), margin=0.25)
     x, y = pairs.uniform(rng, 0, 700, (2, N))
     radius = 0.02 * rng.integers(1, 60, N)

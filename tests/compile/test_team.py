@@ -244,6 +244,8 @@ def test_callers_that_meet_at_a_new_team(kernels, new_team, size):
 @pytest.mark.parametrize("raises", [False, True], ids=["a handler that calls", "an interrupt"])
 @sizes(usual=300, campaign=3000)
 def test_interrupts_while_a_team_grows(kernels, new_team, raises, size):
+    if sys.platform == "win32":
+        pytest.skip("of what Windows lacks")
     marks, others = np.zeros(1 << 14, np.int64), np.zeros(1 << 14, np.int64)
 
     def interrupt(number, frame):

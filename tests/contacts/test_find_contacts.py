@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 import collide
 from collide._contacts import at_once as _at_once
 from collide._contacts import grid as _grid
+from collide._contacts import layout
 from collide._contacts import search as _search
 from collide._contacts import state as _state
+from collide._system import memory
 from tests.helpers import naive
 from tests.helpers.sizes import sizes
 
@@ -209,7 +211,7 @@ def test_all_in_one_place(size, monkeypatch):
     assert i.size == n * (n - 1) // 2
     np.testing.assert_array_equal(np.unique(i * n + j), np.flatnonzero(np.triu(np.ones((n, n)), 1)))
     assert collide.find_contacts(np.zeros(n), np.zeros(n), 0.0).i.size == i.size
-    monkeypatch.setattr(_search.memory, "installed", lambda: 160_000)
+    monkeypatch.setattr(memory, "installed", lambda: 160_000)
     with pytest.raises(MemoryError, match="more than 10,000 contacts: there is no memory for a list of them"):
         collide.find_contacts(np.zeros(n), np.zeros(n), 1.0)
 
@@ -218,10 +220,10 @@ def test_no_more_contacts_than_there_is_memory_for(monkeypatch):
     n = 40_000  # shares for several threads, none of which has too many alone
     x, y, _ = scatter(n, 0.5, np.random.default_rng(8))
     monkeypatch.setattr(_search, "_MANY", 1000)
-    monkeypatch.setattr(_search.memory, "free", lambda: 16 * 30_000)
+    monkeypatch.setattr(memory, "free", lambda: 16 * 30_000)
     with pytest.raises(MemoryError, match=r"^\d\d,\d\d\d contacts: there is no memory for a list of them"):
         collide.find_contacts(x, y, 1.0)
-    monkeypatch.setattr(_search.memory, "free", lambda: 16 * 90_000)
+    monkeypatch.setattr(memory, "free", lambda: 16 * 90_000)
     assert 30_000 < collide.find_contacts(x, y, 1.0).i.size < 90_000
 
 
@@ -273,7 +275,7 @@ def test_specks_by_the_hundred_in_a_cell_of_large_balls(space):
 def test_one_radius_for_all_is_one_level():
     for size in (0.0, 1.0):
         common = np.array([(size, 0.0, 0.0, 0.0)], _grid.COMMON)
-        assert len(_search.levels_of(np.full(1, size), size, common, 10**6)) == 1
+        assert len(layout.levels_of(np.full(1, size), size, common, 10**6)) == 1
 
 
 def test_distances_whose_squares_underflow():
@@ -302,7 +304,7 @@ def test_threads_at_once():
     rng = np.random.default_rng(6)
     states = [scatter(20_000 + 999 * k, 0.5, rng)[:2] for k in range(4)]
     alone = [collide.find_contacts(x, y, 1.0) for x, y in states]
-    together = [[] for _ in states]
+    together: list[list[collide.contacts.Contacts]] = [[] for _ in states]
 
     def work(k):
         together[k] = [collide.find_contacts(*states[k], 1.0) for _ in range(10)]

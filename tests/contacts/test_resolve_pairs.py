@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numpy.lib.stride_tricks import as_strided
 
 import collide
-from collide._contacts import resolution
 from collide._pairs.vectors import FORMS
+from collide._system import threads as _threads
 from tests.helpers.sizes import sizes
 
 INF = np.inf
@@ -175,13 +175,13 @@ def apart(d, n_balls, rng):
 @pytest.fixture
 def shared(monkeypatch):
     """How many pairs were shared out among threads, call by call."""
-    calls, run = [], resolution.threads.run
+    calls, run = [], _threads.run
 
     def watched(task, n, **options):
         calls.append(n)
         return run(task, n, **options)
 
-    monkeypatch.setattr(resolution.threads, "run", watched)
+    monkeypatch.setattr(_threads, "run", watched)
     return calls
 
 

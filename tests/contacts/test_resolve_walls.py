@@ -1,6 +1,7 @@
 """Balls at the walls of a box, against a loop over the balls that asks the one-pair formula."""
 
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
@@ -47,7 +48,7 @@ def state(n, rng):
     return x, y, *rng.normal(size=(2, n)), box
 
 
-LAYOUTS = {
+LAYOUTS: dict[str, Any] = {
     "columns": np.array,
     "rows": lambda a: np.stack([a, a], axis=1)[:, 1],
     "rows of three": lambda a: np.stack([a, a, a], axis=1)[:, 1],
@@ -64,11 +65,12 @@ def test_each_ball_at_a_wall_collides_with_an_immovable_one(layout, radius, dtyp
     rng = np.random.default_rng(0)
     for n in (1, 9, 150):  # a ball, a step of lanes and one more, three blocks
         x, y, vx, vy, box = state(n, rng)
+        sizes: Any
         sizes, m, e = rng.uniform(0.1, 1.5, n), rng.uniform(0.0, 3.0, n), rng.uniform(0.0, 1.2, n)
         place, velocity = (np.dtype(c) for c in dtypes)
-        x, y, sizes = (LAYOUTS[layout](a.astype(place)) for a in (x, y, sizes))
+        x, y, each = (LAYOUTS[layout](a.astype(place)) for a in (x, y, sizes))
         vx, vy = (LAYOUTS[layout](a.astype(velocity)) for a in (vx, vy))
-        sizes = sizes if radius == "each" else 1.0
+        sizes = each if radius == "each" else 1.0
         for options in ({}, {"m": m, "restitution": e}):
             u, impulse = [vx.copy(), vy.copy()], np.arange(4.0)
             u = [LAYOUTS[layout](a) for a in u]

@@ -15,9 +15,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numba
 import numpy as np
+from mpmath import mp, mpf
 
 import collide
-from tests.helpers import naive
 
 N_COLUMNS = {"resolve_1d": 5, "resolve_2d": 9, "resolve_3d": 12, "resolve_polar": 8}
 ANGLES = {"resolve_polar": (3, 5, 6)}
@@ -156,9 +156,9 @@ def errors_3d(c, got):
 
 
 # pi/2 in four doubles, and 1/k! in twice the precision.
-_FACTORIALS = [naive.mp.factorial(k) for k in range(28)]
+_FACTORIALS = [mp.factorial(k) for k in range(28)]
 _HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33, 4.320570262296456e-50)
-_INVERSE = np.array([(float(1 / f), float(1 / f - naive.mpf(float(1 / f)))) for f in _FACTORIALS])
+_INVERSE = np.array([(float(1 / f), float(1 / f - mpf(float(1 / f)))) for f in _FACTORIALS])
 
 
 @numba.njit

@@ -24,8 +24,10 @@ import signal
 import stat
 import struct
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
+from types import FrameType, SimpleNamespace
+from typing import Any
 
 # By the modules, which some lack altogether; and names, in which * is any ending.
 LACKS = {
@@ -97,13 +99,13 @@ _FIRST = """
 """
 
 
-def lacks(system, module, name=""):
+def lacks(system: str, module: str, name: str = "") -> bool:
     """Whether a system lacks, on some Python, what has this name in a module, or, with no name, the module."""
     patterns = LACKS[system].get(module, "").split()
     return any(fnmatch.fnmatchcase(name, p) for p in patterns) if name else patterns == ["*"]
 
 
-def move_to(system):
+def move_to(system: str) -> None:
     """Takes away, and imports collide as the other system would."""
     for name in _FIRST.split():
         importlib.import_module(name)
@@ -113,30 +115,30 @@ def move_to(system):
     vars(sys.modules["tempfile"]).update(_os=real)
     for module in LACKS[system]:
         if lacks(system, module):
-            sys.modules[module] = None
+            vars(sys)["modules"][module] = None
         else:
             there = sys.modules.get(module) or importlib.import_module(module)
             for name in [name for name in vars(there) if lacks(system, module, name)]:
                 if sys.version_info < HAS_SINCE[system].get(name, (99,)):
                     delattr(there, name)
-    os.process_cpu_count = os.cpu_count
+    vars(os).update(process_cpu_count=os.cpu_count)
     _without_linux(real)
     {"windows": _windows, "macos": _macos}[system](real)
     here, sys.platform = sys.platform, PLATFORMS[system]
     try:
         importlib.import_module("collide")
-        for path in Path(sys.modules["collide"].__file__).parent.glob("_system/[!_]*.py"):
+        for path in Path(str(sys.modules["collide"].__file__)).parent.glob("_system/[!_]*.py"):
             importlib.import_module(f"collide._system.{path.stem}")
     finally:
         sys.platform = here
 
 
-def _for_collide(function, usual):
+def _for_collide(function: Callable[..., Any], usual: Callable[..., Any]) -> Callable[..., Any]:
     """The function where collide calls it, by whatever of the standard library; the usual one for all others."""
 
     @functools.wraps(usual)
-    def call(*arguments, **options):
-        frame = sys._getframe(1)
+    def call(*arguments: Any, **options: Any) -> Any:
+        frame: FrameType | None = sys._getframe(1)
         while frame and not frame.f_globals.get("__name__", "").startswith("collide."):
             frame = frame.f_back
         return (function if frame else usual)(*arguments, **options)
@@ -144,10 +146,10 @@ def _for_collide(function, usual):
     return call
 
 
-def _without_linux(real):
+def _without_linux(real: SimpleNamespace) -> None:
     """No /proc and no /sys."""
 
-    def open_(path, *arguments, **options):
+    def open_(path: Any, *arguments: Any, **options: Any) -> Any:
         if isinstance(path, str | os.PathLike) and os.fspath(path).startswith(("/proc/", "/sys/")):
             raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), path)
         return real.io_open(path, *arguments, **options)
@@ -158,14 +160,14 @@ def _without_linux(real):
 class _Library:
     """The C library of macOS, as ctypes.CDLL(None) finds it."""
 
-    def __init__(self, real):
+    def __init__(self, real: SimpleNamespace) -> None:
         self._renameat2 = real.CDLL(None, use_errno=True).renameat2
 
-    def renamex_np(self, one, other, flags):
+    def renamex_np(self, one: bytes, other: bytes, flags: int) -> Any:
         how = {0x2: 2, 0x4: 1}[flags]  # RENAME_SWAP and RENAME_EXCL, by what Linux has for them
         return self._renameat2(-100, one, -100, other, how)
 
-    def sysctlbyname(self, name, value, size, new, new_size):
+    def sysctlbyname(self, name: bytes, value: Any, size: Any, new: Any, new_size: Any) -> int:
         told = {b"hw.memsize": (8, TOTAL), b"kern.memorystatus_level": (4, 100 * FREE // TOTAL)}
         n_bytes, number = told[name]
         assert (size._obj.value, ctypes.sizeof(value._obj), new, new_size.value) == (n_bytes, n_bytes, None, 0)
@@ -173,24 +175,24 @@ class _Library:
         return 0
 
 
-def _macos(real):
-    ctypes.CDLL = lambda name, *a, **k: _Library(real) if name is None else real.CDLL(name, *a, **k)
+def _macos(real: SimpleNamespace) -> None:
+    vars(ctypes).update(CDLL=lambda name, *a, **k: _Library(real) if name is None else real.CDLL(name, *a, **k))
     fcntl, fcntl_fcntl = real.fcntl, real.fcntl.fcntl
     fcntl.F_FULLFSYNC = 51
 
-    def full_sync(handle, command, *arguments):
+    def full_sync(handle: int, command: int, *arguments: Any) -> Any:
         return os.fsync(handle) if command == fcntl.F_FULLFSYNC else fcntl_fcntl(handle, command, *arguments)
 
     fcntl.fcntl = full_sync
 
 
-def _windows(real):
-    def error(number, code, path):
+def _windows(real: SimpleNamespace) -> None:
+    def error(number: int, code: int, path: Any) -> OSError:
         made = OSError(number, os.strerror(number), os.fspath(path))
-        made.winerror = code
+        vars(made).update(winerror=code)
         return made
 
-    def in_use(path):
+    def in_use(path: Any) -> bool:
         """What is open, or mapped, by this process; of a folder, something in it."""
         names = {os.path.realpath(path)}
         with contextlib.suppress(FileNotFoundError), real.io_open("/proc/self/maps") as maps:
@@ -200,49 +202,49 @@ def _windows(real):
                 held.add(real.readlink(f"/proc/self/fd/{handle}"))
         return any(path == name or path.startswith(f"{name}/") for path in held for name in names)
 
-    def refuse_what_is_in_use(*paths):
+    def refuse_what_is_in_use(*paths: Any) -> None:
         for path in paths:
             if os.path.lexists(path) and not Path(path).is_symlink() and in_use(path):
                 raise error(errno.EACCES, 32, path)  # ERROR_SHARING_VIOLATION
 
-    def read_only(path):
+    def read_only(path: Any) -> bool:
         return Path(path).is_file() and not Path(path).stat().st_mode & stat.S_IWUSR
 
-    def rename(one, other, **folders):
+    def rename(one: Any, other: Any, **folders: Any) -> None:
         refuse_what_is_in_use(one)
         if os.path.lexists(other):
             raise error(errno.EEXIST, 183, other)  # ERROR_ALREADY_EXISTS
         real.rename(one, other, **folders)
 
-    def replace(one, other, **folders):
+    def replace(one: Any, other: Any, **folders: Any) -> None:
         refuse_what_is_in_use(one, other)
         if Path(other).is_dir() or read_only(other):
             raise error(errno.EACCES, 5, other)  # ERROR_ACCESS_DENIED
         real.replace(one, other, **folders)
 
-    def remove(path, **folder):
+    def remove(path: Any, **folder: Any) -> None:
         refuse_what_is_in_use(path)
         if read_only(path):
             raise error(errno.EACCES, 5, path)
         real.remove(path, **folder)
 
-    def rmdir(path, **folder):
+    def rmdir(path: Any, **folder: Any) -> None:
         refuse_what_is_in_use(path)
         real.rmdir(path, **folder)
 
-    def open_(path, flags, mode=0o777, **folder):
+    def open_(path: Any, flags: int, mode: int = 0o777, **folder: Any) -> Any:
         if Path(path).is_dir():
             raise error(errno.EACCES, 5, path)
         return real.open(path, flags, mode if mode & 0o200 else 0o444, **folder)
 
-    def mkdir(path, mode=0o777, **folder):
+    def mkdir(path: Any, mode: int = 0o777, **folder: Any) -> None:
         real.mkdir(path, 0o700 if mode == 0o700 else 0o777, **folder)  # "Changed in version 3.13", and 3.12.4
 
-    def chmod(path, mode, **options):
+    def chmod(path: Any, mode: int, **options: Any) -> None:
         if not Path(path).is_dir():
             real.chmod(path, 0o666 if mode & 0o200 else 0o444, **options)
 
-    def fsync(handle):
+    def fsync(handle: int) -> None:
         if real.fcntl.fcntl(handle, real.fcntl.F_GETFL) & real.O_ACCMODE == real.O_RDONLY:
             raise OSError(errno.EBADF, os.strerror(errno.EBADF))
         real.fsync(handle)
@@ -252,9 +254,9 @@ def _windows(real):
         setattr(os, name, _for_collide(function, getattr(real, name)))
 
     allowed = {signal.SIGABRT, signal.SIGFPE, signal.SIGILL, signal.SIGINT, signal.SIGSEGV, signal.SIGTERM, 21}
-    signal.SIGBREAK = 21
+    vars(signal).update(SIGBREAK=21)
 
-    def only_allowed(function, number, *handler):
+    def only_allowed(function: Callable[..., Any], number: int, *handler: Any) -> Any:
         if number not in allowed:
             raise ValueError("invalid signal value")
         return function(number, *handler)
@@ -262,23 +264,25 @@ def _windows(real):
     for name in ("signal", "getsignal"):
         setattr(signal, name, functools.partial(only_allowed, getattr(signal, name)))
 
-    def library(name, *arguments, **options):
+    def library(name: Any, *arguments: Any, **options: Any) -> Any:
         if name is None:
             raise TypeError("bad argument type for built-in operation")
         return real.CDLL(name, *arguments, **options)
 
-    def global_memory_status_ex(status):
+    def global_memory_status_ex(status: Any) -> int:
         place, size = ctypes.addressof(status._obj), ctypes.sizeof(status._obj)
         assert (size, ctypes.c_uint32.from_address(place).value) == (64, 64)
         ctypes.memmove(place, struct.pack("<2I7Q", 64, 62, TOTAL, FREE, *[1 << 40] * 5), 64)
         return 1
 
-    ctypes.CDLL = library
-    ctypes.windll = SimpleNamespace(kernel32=SimpleNamespace(GlobalMemoryStatusEx=global_memory_status_ex))
-    ctypes.FormatError = lambda code: f"the system's words for {code}"
+    vars(ctypes).update(
+        CDLL=library,
+        windll=SimpleNamespace(kernel32=SimpleNamespace(GlobalMemoryStatusEx=global_memory_status_ex)),
+        FormatError=lambda code: f"the system's words for {code}",
+    )
 
 
-def pytest_collection_modifyitems(config, items):
+def pytest_collection_modifyitems(config: Any, items: list[Any]) -> None:
     left_out = [item for item in items if SYSTEM == "windows" and item.get_closest_marker("unix")]
     items[:] = [item for item in items if item not in left_out]
     config.hook.pytest_deselected(items=left_out)

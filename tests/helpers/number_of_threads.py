@@ -3,16 +3,17 @@
 import contextlib
 import threading
 import time
+from collections.abc import Iterator
 
 import collide
 
 
 @contextlib.contextmanager
-def the_number_changes(*numbers):
+def the_number_changes(*numbers: int) -> Iterator[None]:
     """To each of these in turn, again and again, half a millisecond each."""
     end = threading.Event()
 
-    def change():
+    def change() -> None:
         while not end.is_set():
             for n in numbers:
                 collide.set_num_threads(n)

@@ -5,16 +5,18 @@ What a digest is taken of is made of random integers by single operations, each 
 its product and sum.
 """
 
+from typing import Any
+
 import numpy as np
 
 LOG2_10 = 3.321928094887362
 
 
-def uniform(rng, low, high, size):
+def uniform(rng: np.random.Generator, low: float, high: float, size: Any) -> Any:
     return low + (high - low) * rng.random(size)  # random() is an integer times a power of two
 
 
-def log_uniform(rng, low, high, size):
+def log_uniform(rng: np.random.Generator, low: float, high: float, size: Any) -> Any:
     """From 10**low to 10**high: spread evenly over the powers of two, and evenly between two of them."""
     exponent = uniform(rng, low * LOG2_10, high * LOG2_10, size)
     whole = np.floor(exponent)
@@ -22,17 +24,17 @@ def log_uniform(rng, low, high, size):
     return np.minimum(np.ldexp(1.0 + (exponent - whole), whole.astype(np.int32)), float(f"1e{high}"))
 
 
-def plane(n, seed):
+def plane(n: int, seed: int) -> tuple[Any, ...]:
     """m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution."""
     rng = np.random.default_rng(seed)
 
-    def magnitude(low, high):
+    def magnitude(low: float, high: float) -> Any:
         return log_uniform(rng, low, high, n)
 
-    def one_of(*choices):
+    def one_of(*choices: Any) -> Any:
         return np.choose(rng.integers(len(choices), size=n), choices)
 
-    def signed(x):
+    def signed(x: Any) -> Any:
         return x * rng.choice([-1.0, 1.0], n)
 
     m1 = magnitude(-300, 300)
@@ -48,12 +50,12 @@ def plane(n, seed):
     return m1, m2, *v, *normal, one_of(np.ones(n), rng.random(n))
 
 
-def space(n, seed):
+def space(n: int, seed: int) -> tuple[Any, ...]:
     """m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, nz, restitution: the plane's, and third components like its."""
     rng = np.random.default_rng(seed + 2)
     m1, m2, v1x, v1y, v2x, v2y, nx, ny, e = plane(n, seed)
 
-    def third(*others):
+    def third(*others: Any) -> Any:
         """Of the size of one of the others, or smaller, or 0."""
         like = np.choose(rng.integers(len(others), size=n), others)
         return like * np.choose(
@@ -64,12 +66,12 @@ def space(n, seed):
     return m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, third(nx, ny), e
 
 
-def polar(n, seed):
+def polar(n: int, seed: int) -> tuple[Any, ...]:
     """m1, m2, v1, theta1, v2, theta2, phi, restitution."""
     rng = np.random.default_rng(seed + 1)
     m1, m2, v1, _, v2, *_, e = plane(n, seed)
 
-    def angle():
+    def angle() -> Any:
         small, large = uniform(rng, -7, 7, n), log_uniform(rng, -20, 300, n)
         quarter = np.pi / 2 * rng.integers(-8, 8, n)
         return np.choose(np.maximum(rng.integers(10, size=n) - 7, 0), [small, large, quarter])

@@ -2,6 +2,9 @@
 the command line, and how a fault is said.
 """
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv
@@ -15,7 +18,7 @@ N = 1000
 RNG = np.random.default_rng(0)
 
 
-def _columns(*names):
+def _columns(*names: str) -> dict[str, Any]:
     return {name: RNG.uniform(0.5, 2.0, N) for name in names}
 
 
@@ -23,7 +26,7 @@ LINE = _columns("m1", "m2", "v1", "v2")
 PLANE = _columns("m1", "m2", "v1x", "v1y", "v2x", "v2y", "nx", "ny")
 POLAR = _columns("m1", "m2", "v1", "theta1", "v2", "theta2", "phi")
 SPACE = _columns("m1", "m2", "v1x", "v1y", "v1z", "v2x", "v2y", "v2z", "nx", "ny", "nz")
-FORMS = {
+FORMS: dict[str, tuple[dict[str, Any], Any]] = {
     "1d": (LINE, collide.resolve_1d),
     "2d": (PLANE, collide.resolve_2d),
     "3d": (SPACE, collide.resolve_3d),
@@ -31,7 +34,7 @@ FORMS = {
 }
 
 
-def assert_one_line(capsys, *words):
+def assert_one_line(capsys: pytest.CaptureFixture[str], *words: object) -> None:
     """The command line said one line, which holds these words, and nothing else."""
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -47,7 +50,7 @@ FEW = [".parquet", "", *(pytest.param(suffix, marks=pytest.mark.campaign) for su
 few_formats = pytest.mark.parametrize("paths", FEW, indirect=True, ids=lambda suffix: suffix or "folder")
 
 
-def write(path, columns, **options):
+def write(path: Path, columns: Any, **options: Any) -> Path:
     """A table in the format that the path is of."""
     if path.suffix == "":
         path.mkdir()
@@ -66,7 +69,7 @@ def write(path, columns, **options):
     return path
 
 
-def read(path):
+def read(path: Path) -> Any:
     if path.suffix == "":
         return {file.stem: np.load(file, allow_pickle=True) for file in sorted(path.glob("*"))}
     if path.suffix == ".parquet":
@@ -78,7 +81,7 @@ def read(path):
         return opened(file).read_all()
 
 
-def status(*arguments):
+def status(*arguments: object) -> Any:
     """The exit status, which is argparse's own way to end on some errors."""
     try:
         return main([str(argument) for argument in arguments])
@@ -86,11 +89,11 @@ def status(*arguments):
         return end.code
 
 
-def resolve(source, target, *options):
+def resolve(source: object, target: object, *options: object) -> Any:
     return status("resolve", source, "-o", target, *options)
 
 
-def assert_refused(capsys, target, *words):
+def assert_refused(capsys: pytest.CaptureFixture[str], target: Path, *words: object) -> None:
     assert_one_line(capsys, *words)
     assert not list(target.parent.glob(".*"))  # nothing is left behind
     assert not target.exists()

@@ -103,7 +103,7 @@ def test_gas(walls, tmp_path, capsys):
 def test_a_list_that_lasts_has_every_contact(walls, size):
     """That a fresh one has, at every step; and the energy stays."""
     disks, steps = size
-    position, v, side = gas.start(disks, 0.3, np.random.default_rng(2))
+    position, v, side = neighbours.start(disks, 0.3, np.random.default_rng(2))
     momentum, energy = v.sum(axis=1), (v * v).sum()
     near, lists, last = neighbours.Neighbours(box=None if walls else (side, side)), 0, None
     for _ in range(steps):

@@ -3,8 +3,10 @@
 import inspect
 import os
 import signal
+import sys
 import threading
 import time
+from typing import Any
 
 import dask
 import dask.array as da
@@ -16,6 +18,7 @@ from dask.distributed import Client, LocalCluster
 import collide
 import collide.dask
 from collide._compile import team
+from collide._pairs import execution
 
 N = 10_000
 RNG = np.random.default_rng(0)
@@ -43,14 +46,14 @@ def several(u):
 def calls(monkeypatch):
     """How many chunks are resolved, and on which threads of how many."""
     seen = []
-    attempt = collide.dask.execution.attempt
+    attempt = execution.attempt
 
     def counting(form, inputs, *rest):
         if any(np.size(a) for a in inputs if np.ndim(a)):
             seen.append((threading.get_ident(), collide._system.threads.is_shared(1 << 30, 1)))
         return attempt(form, inputs, *rest)
 
-    monkeypatch.setattr(collide.dask.execution, "attempt", counting)
+    monkeypatch.setattr(execution, "attempt", counting)
     return seen
 
 
@@ -130,7 +133,7 @@ def test_many_dimensions(ndim):
         collide.dask.resolve_1d(1.0, 1.0, da.ones((1,) * 64), 0.0)
 
 
-NUMBERS = {
+NUMBERS: dict[str, Any] = {
     "Python's": float,
     "an integer": lambda x: 3,
     "a large integer": lambda x: 10**20,
@@ -217,7 +220,7 @@ def test_options(name):
     columns = [c[:500].copy() for c in CALLS[name]]
     columns[0][[3, 4]] = np.nan
     lazy = [da.from_array(c, chunks=77) for c in columns]
-    cases = [{"invalid": "nan"}]
+    cases: list[dict[str, Any]] = [{"invalid": "nan"}]
     if not name.startswith("time_of_impact"):
         e = RNG.uniform(0.0, 1.0, 500)
         cases += [{"approaching_only": True}, {"restitution": 0.5}, {"restitution": e}]
@@ -329,6 +332,8 @@ def test_a_worker_that_is_killed_on_the_way(tmp_path):
         ) as cluster,
         Client(cluster) as client,
     ):
+        if sys.platform == "win32":
+            pytest.skip("of what Windows lacks")
         first, *rest = (da.from_array(c, chunks=1000) for c in columns)
         u = collide.dask.resolve_2d(first.map_blocks(slowly, 0.1, dtype=float), *rest)
         futures = client.compute(list(u))

@@ -408,6 +408,7 @@ def test_outputs_that_share_memory(function, shift):
 @pytest.mark.parametrize("function", FUNCTIONS)
 def test_options_of_another_type(function):
     values = good(function)
+    wrong: object
     if function not in ("find_contacts", "resolve_walls"):
         for wrong in (None, "", "RAISE", 1, ["raise"], np.str_("raise")):
             with pytest.raises(ValueError, match=r"^invalid = .*: must be one of 'raise', "):

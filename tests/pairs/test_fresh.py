@@ -1,6 +1,7 @@
 """Memory of results that have died serves the next ones, and nobody notices: never while anybody can look at it."""
 
 import copy
+import ctypes
 import gc
 import pickle
 import threading
@@ -14,6 +15,7 @@ import pytest
 
 import collide
 from collide._compile import allocator, kept_memory
+from collide._system import memory
 from tests.helpers import process
 from tests.helpers.sizes import sizes
 
@@ -107,7 +109,7 @@ HOLDERS = {
 
 
 def buffers_of(u):
-    buffers = []
+    buffers: list[pickle.PickleBuffer] = []
     pickle.dumps(u, protocol=5, buffer_callback=buffers.append)
     return buffers
 
@@ -128,7 +130,7 @@ def test_what_anybody_can_look_at_is_never_handed_out(holder):
         others = [result(value) for _ in range(6)]
         assert all(abs(place - a.ctypes.data) >= N * 8 for a in others)
         del others
-    looked = np.frombuffer((kept_memory.ctypes.c_double * N).from_address(place))
+    looked = np.frombuffer((ctypes.c_double * N).from_address(place))
     np.testing.assert_array_equal(looked, 5.0)
     del looked, held_by
     gc.collect()
@@ -206,7 +208,7 @@ def test_nothing_far_too_large_is_used():
 def test_live_arrays_hold_little_more_than_they_need():
     for n in range(2 * N, N, -7000):
         u, other = collide.resolve_1d(1.0, 1.0, np.zeros(n), np.ones(n))
-        state = (kept_memory.ctypes.c_int64 * 2).from_address(u.ctypes.data - allocator.HEADER)
+        state = (ctypes.c_int64 * 2).from_address(u.ctypes.data - allocator.HEADER)
         assert u.nbytes <= state[1] <= 1.13 * u.nbytes + 8192
         del u, other
 
@@ -222,7 +224,7 @@ def test_the_oldest_go_first():
 def test_nothing_is_kept_where_memory_is_short(monkeypatch):
     result()
     assert held()[0] > 0
-    monkeypatch.setattr(kept_memory.memory, "free", lambda: kept_memory.memory.installed() // 20)
+    monkeypatch.setattr(memory, "free", lambda: memory.installed() // 20)
     monkeypatch.setattr(kept_memory._keeper(), "seen", -np.inf)
     result()
     assert held() == (0, 0)
@@ -262,7 +264,7 @@ def test_the_variable_of_the_environment():
     code = "import collide; print(collide.get_spare_memory())"
     assert int(process.printed_by(code, env=process.environment(COLLIDE_SPARE_MEMORY=12345))) == 12345
     default = int(process.printed_by(code, env=process.environment(COLLIDE_SPARE_MEMORY=None)))
-    assert default == kept_memory.memory.installed() // 16
+    assert default == memory.installed() // 16
     for wrong in ("-1", "1e9", "x"):
         done = process.python(code, env=process.environment(COLLIDE_SPARE_MEMORY=wrong))
         assert f"COLLIDE_SPARE_MEMORY = {wrong!r}: must be an integer of at least 0" in done.stderr
@@ -387,6 +389,7 @@ def test_there_is_one_keeper_whoever_comes_first():
 import sys, threading
 import numpy as np, collide
 from collide._compile import allocator, kept_memory
+from collide._system import memory
 
 sys.setswitchinterval(1e-5)
 v, made = np.ones(100_000), []
@@ -434,6 +437,7 @@ def test_an_allocator_of_the_users_is_theirs():
     code = """
 import numpy as np, collide
 from collide._compile import allocator, kept_memory
+from collide._system import memory
 
 class Other:
     get_handler_name = staticmethod(lambda *a: "users")

@@ -7,6 +7,7 @@ more, and a few of its pairs against 50 digits. A failure names its seed, and
 
 import sys
 import time
+from typing import Any
 
 import numpy as np
 
@@ -97,6 +98,8 @@ def meaning(function, values, shape, dtype, approaching_only):
         good = (m1 >= 0) & (m2 >= 0) & (m1 + m2 > 0) & (e >= 0) & (e < np.inf)
         if function == "resolve_polar":
             # From plain arrays: NumPy has another sine, so the formula itself has other bits there.
+            before: Any
+            after: Any
             *rest, e = columns
             before = collide.resolve_polar(-1, *rest[1:], invalid="keep")
             after = collide.resolve_polar(*rest, restitution=e, approaching_only=approaching_only, invalid="nan")
@@ -156,7 +159,7 @@ def one_call(rng):
     invalid = str(rng.choice(["raise", "nan"] if impact else ["raise", "keep", "nan"]))
     after, before, good = meaning(function, values, shape, dtype, approaching_only)
     out = outputs(rng, len(after), values, shape, dtype)
-    options = {"invalid": invalid} | ({} if impact else {"approaching_only": approaching_only})
+    options: dict[str, Any] = {"invalid": invalid} | ({} if impact else {"approaching_only": approaching_only})
     inputs = values if impact else values[:-1]
     if not impact:
         options["restitution"] = values[-1]

@@ -1,5 +1,7 @@
 """Columns however they lie: rows, records and any other step have the bits of columns without gaps; and `resolve`."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from collide._pairs.forms import FORMS
 from collide._pairs.loop import REFUSED
 from tests.helpers import pairs, process
 
-FUNCTIONS = {
+FUNCTIONS: dict[str, Any] = {
     "1d": collide.resolve_1d,
     "2d": collide.resolve_2d,
     "3d": collide.resolve_3d,
@@ -22,6 +24,7 @@ SIZES = [*range(1, 36), 260, 70_000]  # every tail of a step, in both storages; 
 
 
 def columns_of(form, n, dtype, seed=0):
+    c: Any
     rng = np.random.default_rng(seed)
     impact = form.startswith("impact")
     if impact:

@@ -1,6 +1,7 @@
 """Results into arrays of the caller's: of any layout, in place, and across the inputs."""
 
 import tracemalloc
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ def test_out(n, d):
 def test_out_of_an_earlier_result():
     c = columns(SMALL)
     result = collide.resolve_2d(*c)
-    again = collide.resolve_2d(*c, out=result)
+    again: Any = collide.resolve_2d(*c, out=result)
     assert all(a is b for a, b in zip(again, result, strict=True))
     check(again, reference(*c))
     row = [x[None, :] for x in c]
@@ -76,6 +77,7 @@ def test_overlap_of_other_kinds(n):
     table = np.stack(c, axis=1)
     check(collide.resolve_2d(*table.T, out=tuple(table.T[2:6])), want, rtol=0)  # in place in a table
     backwards = c[2].copy()
+    got: Any
     got = collide.resolve_2d(c[0], c[1], backwards[::-1], *c[3:], out=(backwards, *(np.empty(n) for _ in range(3))))
     check(got, collide.resolve_2d(c[0], c[1], c[2][::-1], *c[3:]), rtol=0)
     scalar = c[2].copy()  # a size-1 view of an output

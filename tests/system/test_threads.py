@@ -219,7 +219,7 @@ def test_every_share_runs_once_where_no_more_threads_can_start(monkeypatch):
         collide.set_num_threads(1)  # the workers of other tests leave
         time.sleep(0.01)
     collide.set_num_threads(3)
-    start_thread, started, ran = _thread.start_new_thread, [], []
+    start_thread, started, ran = _thread.start_new_thread, list[int](), list[int]()
 
     def start_one(*arguments):
         if started:

@@ -1,5 +1,7 @@
 """Arrow tables: the same numbers as the batch functions give, no copies, and what else takes Arrow takes it."""
 
+from typing import Any
+
 import dask.dataframe as dd
 import duckdb
 import numpy as np
@@ -11,6 +13,8 @@ import xarray as xr
 
 import collide
 import collide.arrow
+from collide._pairs import execution
+from collide._tables import by_name
 from tests.helpers.tables import FORMS, LINE, PLANE, POLAR, RNG, SPACE, N
 
 pytestmark = pytest.mark.fast
@@ -80,14 +84,14 @@ def test_types(kinds, result):
 def test_nothing_is_copied(monkeypatch):
     """What the kernel reads and writes lies where the columns lie."""
     seen = []
-    attempt = collide.arrow.by_name.execution.attempt
+    attempt = execution.attempt
 
     def looking(form, inputs, *rest):
         outputs, error = attempt(form, inputs, *rest)
         seen.append([a.ctypes.data for a in (*inputs[:-1], *outputs)])
         return outputs, error
 
-    monkeypatch.setattr(collide.arrow.by_name.execution, "attempt", looking)
+    monkeypatch.setattr(execution, "attempt", looking)
     batch = pa.record_batch(PLANE)
     result = collide.arrow.resolve(batch)
     assert seen == [[column.buffers()[1].address for column in result.columns]]
@@ -130,7 +134,7 @@ def test_an_invalid_pair_is_named_by_its_row_in_the_table():
         np.testing.assert_array_equal(collide.arrow.resolve(table, invalid=rule)["u1"], expected.u1)
 
 
-WRONG = {
+WRONG: dict[str, tuple[type[Exception], dict[str, Any], str]] = {
     "data": (TypeError, {"data": {"m1": [1.0]}}, "data is of type dict"),
     "form": (ValueError, {"form": "cartesian"}, "form = 'cartesian': must be None or one of '1d', '2d', '3d', 'polar'"),
     "missing": (ValueError, {"form": "polar"}, "missing column theta1, theta2, phi"),
@@ -165,7 +169,7 @@ def test_a_form_is_not_taken_for_the_smaller_one_that_it_contains(larger, smalle
         table = pa.table(smaller | {column: larger[column]})
         missing = ", ".join(name for name in own if name != column)
         said = rf'^missing column {missing} \(of the {form} form\); form="{other}" \(--form {other}\) takes'
-        with pytest.raises(collide.arrow.by_name.TableError, match=said):
+        with pytest.raises(by_name.TableError, match=said):
             collide.arrow.resolve(table)
         expected = FORMS[other][1](**smaller)
         assert_resolved(collide.arrow.resolve(table, other), table.schema.names, expected)

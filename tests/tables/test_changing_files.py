@@ -9,7 +9,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from collide._tables import arrow_files, numpy_files, parquet_files
+from collide._tables import arrow_files, numpy_files, parquet_files, stream
 from tests.helpers import process
 from tests.helpers.tables import FEW, LINE, assert_refused, resolve, write
 
@@ -89,7 +89,7 @@ def test_a_column_that_does_not_collide_and_changes_while_it_is_copied(n_bytes, 
     source, target = write(tmp_path / "a", LINE), tmp_path / "out" / "b"
     target.parent.mkdir()
     (source / "other.npy").write_bytes(bytes(10_000))
-    size = numpy_files.size
+    size = stream.size
 
     def changing(handle):
         n = size(handle)

@@ -1,6 +1,7 @@
 """The report on momentum and energy, against sums in rational numbers: exact, so that only the results' errors show."""
 
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ M = RNG.uniform(0.1, 10.0, (2, N)) * 10.0 ** RNG.integers(-3, 4, (2, N))
 V = RNG.normal(size=(4, N))
 ANGLES = RNG.uniform(-np.pi, np.pi, (3, N))
 SPEEDS = np.hypot(V[0], V[1]), np.hypot(V[2], V[3])
-CASES = {
+CASES: dict[str, tuple[Any, Any, Any]] = {
     "1d": (FORM_1D, (*M, V[0], V[1]), collide.resolve_1d),
     "2d": (FORM_2D, (*M, *V, *RNG.normal(size=(2, N))), collide.resolve_2d),
     "3d": (FORM_3D, (*M, *V, *RNG.normal(size=(5, N))), collide.resolve_3d),

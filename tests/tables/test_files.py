@@ -135,6 +135,8 @@ def test_quiet_says_nothing(paths, capsys):
 
 def on_a_terminal(source, target, *options):
     """What the command shows on a terminal of 100 columns."""
+    if sys.platform == "win32":
+        pytest.skip("of what Windows lacks")
     import fcntl
     import pty
     import struct

@@ -1,5 +1,6 @@
 """What becomes of the output: it appears whole or not at all, and replaces only what it is meant to replace."""
 
+import ctypes
 import os
 import signal
 import sys
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from collide._system import disk, renaming
-from collide._tables import replacement, stream
+from collide._tables import by_name, replacement
 from tests.helpers import elsewhere, process
 from tests.helpers.tables import (
     LINE,
@@ -48,7 +49,7 @@ def test_an_output_survives_an_error_in_the_last_block(paths):
 def test_without_the_systems_exchange_a_folder_is_replaced_in_steps(tmp_path, monkeypatch):
     write(tmp_path / "a", LINE)
     write(tmp_path / "b", {"old": LINE["m1"]})
-    monkeypatch.setattr(renaming.ctypes, "CDLL", lambda name, **options: object())
+    monkeypatch.setattr(ctypes, "CDLL", lambda name, **options: object())
     assert resolve(tmp_path / "a", tmp_path / "b", "--overwrite") == 0
     assert set(read(tmp_path / "b")) == {*LINE, "u1", "u2"}
     assert sorted(tmp_path.iterdir()) == [tmp_path / "a", tmp_path / "b"]
@@ -57,7 +58,7 @@ def test_without_the_systems_exchange_a_folder_is_replaced_in_steps(tmp_path, mo
 def test_a_folder_that_cannot_be_replaced_comes_back(tmp_path, monkeypatch, capsys):
     write(tmp_path / "a", LINE)
     write(tmp_path / "b", {"old": LINE["m1"]})
-    monkeypatch.setattr(renaming.ctypes, "CDLL", lambda name, **options: object())
+    monkeypatch.setattr(ctypes, "CDLL", lambda name, **options: object())
     rename, calls = Path.rename, []
 
     def failing(self, target):
@@ -113,12 +114,12 @@ def test_a_full_disk(paths, capsys):
 
 STOPPED = """
 import sys
-from collide._tables import csv_files, stream
+from collide._tables import by_name, csv_files, stream
 from collide.__main__ import main
 
 stream.ROWS = 300
 csv_files._TEXT_BYTES = 1 << 14
-resolve = stream.by_name.results_of
+resolve = by_name.results_of
 calls = []
 
 def slow(*arguments):
@@ -128,7 +129,7 @@ def slow(*arguments):
         sys.stdin.readline()
     return resolve(*arguments)
 
-stream.by_name.results_of = slow
+by_name.results_of = slow
 sys.exit(main(sys.argv[1:]))
 """
 
@@ -152,7 +153,7 @@ def test_a_run_that_is_stopped_leaves_the_old_output(how, status, paths):
 
 def test_an_interrupt_leaves_the_old_output(paths, monkeypatch, capsys):
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever runs the tests may ignore it
-    results_of, calls = stream.by_name.results_of, []
+    results_of, calls = by_name.results_of, []
 
     def interrupted(*arguments):
         calls.append(0)
@@ -160,7 +161,7 @@ def test_an_interrupt_leaves_the_old_output(paths, monkeypatch, capsys):
             signal.raise_signal(signal.SIGINT)
         return results_of(*arguments)
 
-    monkeypatch.setattr(stream.by_name, "results_of", interrupted)
+    monkeypatch.setattr(by_name, "results_of", interrupted)
     write(paths[0], LINE)
     write(paths[1], {"old": LINE["m1"]})
     try:
@@ -209,11 +210,11 @@ def test_much_of_it_is_on_the_disk_before_all_is_written(paths, monkeypatch):
         assert done.wait(10.0)
         return results_of(*arguments)
 
-    results_of = stream.by_name.results_of
+    results_of = by_name.results_of
     write(paths[0], LINE)
     monkeypatch.setattr(os, "fsync", telling)
     monkeypatch.setattr(replacement, "_PAUSE", 0.001)
-    monkeypatch.setattr(stream.by_name, "results_of", lambda *a: (slow if a[1]["m1"].size else results_of)(*a))
+    monkeypatch.setattr(by_name, "results_of", lambda *a: (slow if a[1]["m1"].size else results_of)(*a))
     assert resolve(*paths) == 0
 
 
@@ -367,7 +368,7 @@ def test_an_input_in_the_output(how, overwrite, tmp_path, capsys):
 
 def when_all_is_written(monkeypatch, action):
     """And has not its name yet."""
-    sync, done = disk.sync, []
+    sync, done = disk.sync, list[str]()
 
     def syncing(*arguments):
         if not done:
@@ -379,7 +380,7 @@ def when_all_is_written(monkeypatch, action):
 
 SYSTEMS = {
     "this system": lambda monkeypatch: None,
-    "no renameat2": lambda monkeypatch: monkeypatch.setattr(renaming.ctypes, "CDLL", lambda name, **options: object()),
+    "no renameat2": lambda monkeypatch: monkeypatch.setattr(ctypes, "CDLL", lambda name, **options: object()),
     "no such renameat2": lambda monkeypatch: monkeypatch.setattr(renaming, "_renamed", lambda one, other, how: False),
 }
 
