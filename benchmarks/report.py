@@ -57,7 +57,7 @@ def infos(data: Data, key: str) -> list[Data]:
 
 def pivot(first: str, cells: Mapping[tuple[str, int], str], what: str = "disk") -> Lines:
     """A table of cells that are known by a name and a number of things."""
-    names, sizes = (list(dict.fromkeys(key[k] for key in cells)) for k in (0, 1))
+    names, sizes = dict.fromkeys(name for name, _ in cells), dict.fromkeys(n for _, n in cells)
     rows = ([name, *(cells.get((name, n), "") for n in sizes)] for name in names)
     return table([first, *(counted(n, what) for n in sizes)], rows)
 
@@ -91,8 +91,8 @@ def summary(data: Data) -> Lines:
             rows.append([f"{counted(n)}, in the plane, {what}", time(took), number(n / took / 1e6), *others, ""])
     for form in ("1d", "2d", "3d", "polar", "impact"):
         if own := found.get((form, LARGE, threads, "collide")):
-            others = (found.get((form, LARGE, threads, name)) for name in ("NumPy", "prange", "bytes only"))
-            cells = [number(entry.ratio) if entry else "" for entry in others]
+            entries_of = (found.get((form, LARGE, threads, name)) for name in ("NumPy", "prange", "bytes only"))
+            cells = [number(entry.ratio) if entry else "" for entry in entries_of]
             what = f"{counted(LARGE)}, {FORMS[form]}"
             rows.append([what, time(LARGE / own.rate), number(own.rate / 1e6), *cells])
     head = ["", "a call takes", "million pairs/s", "NumPy's expression", "a loop of Numba's prange", "the memory limit"]

@@ -6,6 +6,7 @@ import re
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -41,11 +42,11 @@ def data(report):
     variants = [{"extra_info": {**variant, "form": form}, "stats": {}} for form in report.COLLISIONS]
     names = ("import numba", "import numba and collide", "trivial, cached", "collide, cached", "collide, compiling")
     starts = [{"extra_info": {"start": name, "seconds": s}, "stats": {}} for s, name in enumerate(names, 1)]
-    searches = [
+    searches: list[dict[str, Any]] = [
         {"extra_info": {"search": n, "space": space, "rival": "a tree", "as fast as the reference": 1 / ratio}}
         for n, space, ratio in ((100, "open", 0.5), (10_000, "open", 7.44), (10_000, "periodic", 12.3))
     ]
-    others = [
+    others: list[dict[str, Any]] = [
         {"extra_info": {"drawn": "rows in 2D", "as fast as the reference": 0.125}},
         {"extra_info": {"resolve": "cell order", "rate": 51.2, "as fast as the reference": 1.0}},
         {"extra_info": {"step": "a gas", "rival": "an engine", "as fast as the reference": 0.125}},
@@ -62,8 +63,8 @@ def data(report):
         for by, ratio in (("collide", 1.0), ("prange", 0.5), ("NumPy", 3.25))
     ]
     for b in others + searches:
+        info: dict[str, Any] = b["extra_info"]
         b.setdefault("stats", {})
-        info = b["extra_info"]
         b["group"] = f"{info['search']} disks, {info['space']}" if "search" in info else info.get("step")
     machine = {
         "collide threads": 2,
@@ -109,7 +110,7 @@ def test_rates_are_ratios_times_the_rate_of_collide(report, data):
 
 def rows_of(lines):
     """The cells of the tables' lines, by the first of them; of several tables all."""
-    found = {}
+    found: dict[str, list[list[str]]] = {}
     for line in lines:
         if line.startswith("| "):
             first, *cells = (cell.strip() for cell in line[1:-1].split("|"))
