@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import collide
+from collide._cli.against_numpy import random_pairs
 from collide.examples import gas
 from collide.examples.neighbours import Neighbours, start
 
@@ -36,25 +37,6 @@ class Case:
     out: tuple[Array, ...]
 
 
-def random_pairs(n: int) -> tuple[list[Array], list[Array]]:
-    """n pairs by their components, and the same in polar form."""
-    rng = np.random.default_rng(0)
-    m1, m2, v1, v2 = (rng.uniform(0.1, 10.0, n) for _ in range(4))
-    theta1, theta2, phi = (rng.uniform(-np.pi, np.pi, n) for _ in range(3))
-    components = [m1, m2]
-    for length, angle in ((v1, theta1), (v2, theta2), (1.0, phi)):
-        components += [length * np.cos(angle), length * np.sin(angle)]
-    return components, [m1, m2, v1, theta1, v2, theta2, phi]
-
-
-def pairs_in_space(n: int) -> list[Array]:
-    """n pairs by their components."""
-    rng = np.random.default_rng(0)
-    normal = rng.normal(size=(3, n))
-    normal /= np.sqrt((normal * normal).sum(axis=0))
-    return [*rng.uniform(0.1, 10.0, (2, n)), *rng.normal(0.0, 3.0, (6, n)), *normal]
-
-
 @functools.lru_cache(maxsize=1)  # 10^7 pairs take up to 2.5 GB with their results
 def arrays(form: str, n: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
     """Seeded pairs in one form, and arrays for their results."""
@@ -64,12 +46,8 @@ def arrays(form: str, n: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         # Of either one in sixty meets.
         d, size = (2, 50.0) if form == "impact" else (3, 8.0)
         columns = [*rng.uniform(-size, size, (d, n)), *rng.normal(size=(d, n)), rng.uniform(1.0, 2.0, n)]
-    elif form == "3d":
-        columns = pairs_in_space(n)
     else:
-        components, polar = random_pairs(n)
-        m1, m2, v1x, _, v2x, *_ = components
-        columns = {"1d": [m1, m2, v1x, v2x], "2d": components, "polar": polar}[form]
+        columns = random_pairs(form, n)
     return tuple(c.copy() for c in columns), tuple(np.zeros(n) for _ in range(RESULTS[form]))
 
 

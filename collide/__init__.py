@@ -13,7 +13,7 @@
     InvalidPairError                         what a pair without an answer raises
     scalar                                   the formulas of one pair, for anyone's `@njit` code
     collide.arrow, collide.dask              Arrow tables and Dask arrays; imported when they are asked for
-    python -m collide                        files of any size, and a demo
+    python -m collide                        files of any size, a demo, all kernels made ahead, the benchmarks
 
 Behind these doors is a room each, whose __init__.py says what it is for and what to change where:
 
@@ -21,7 +21,7 @@ Behind these doors is a room each, whose __init__.py says what it is for and wha
     _pairs       batches: the table of forms, their loop, the checks of arguments, the execution of a call
     _contacts    ball states: grids, the search for contacts, their resolution in order
     _tables      columns by name, files of every format block by block, conservation
-    _cli         the demo and its memory limit
+    _cli         what only the command line needs: the demo and its yardsticks, all kernels made ahead
     _compile     all that knows Numba and LLVM: options, kernels and their cache, lanes, loads and stores
     _system      all that differs by operating system: threads, locks, forks, memory, whose files are whose
 

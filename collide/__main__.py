@@ -1,4 +1,5 @@
-"""The command line: `collide resolve` for files, `collide demo` to see what this machine does.
+"""The command line: `collide resolve` for files, `collide demo` to see what this machine does, `collide compile` for
+all kernels ahead, `collide bench` for the benchmarks.
 
 Exit status 2: the command line is at fault; 1: the data, or what is written; 130: interrupted. Either way there is no
 new output, and one line on standard error (argparse puts its usage before that).
@@ -16,7 +17,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from ._system.messages import reason, system
 from ._system.signals import THE_COMMAND, ending, interruptible
@@ -50,9 +51,16 @@ class UsageError(Exception):
     """The command line is at fault."""
 
 
+class _Parser(argparse.ArgumentParser):
+    """Says where help is, if the command line is at fault."""
+
+    def error(self, message: str) -> NoReturn:
+        super().error(f"{message}; {self.prog} --help shows what there is")
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     try:
-        return _run(_parser().parse_args(arguments))
+        return _run(_parsed(arguments))
     except KeyboardInterrupt:
         return _fail("interrupted", 130)
 
@@ -70,6 +78,10 @@ def _run(options: argparse.Namespace) -> int:
         return _fail(f"{options.input}: {str(error) or 'out of memory'}", 1)
     except OSError as error:
         return _fail(f"{options.output}: {reason(error)}", 1)
+    except RuntimeError as error:
+        if not numba.config.DISABLE_JIT:  # without which there is none
+            raise
+        return _fail(error, 1)
     return 0
 
 
@@ -80,11 +92,34 @@ def _fail(message: object, status: int) -> int:
     return status
 
 
+def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """What `bench` does not know is for pytest."""
+    parser = _parser()
+    options, rest = parser.parse_known_args(arguments)
+    if rest and options.command != "bench":
+        parser.error(f"unrecognized arguments: {' '.join(rest)}")
+    options.rest = rest
+    return options
+
+
+_EXAMPLES = """\
+examples:
+  collide demo                                  half a minute: what this machine does
+  collide resolve pairs.csv -o after.csv        the columns of a file, and the velocities after the collisions
+"""
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="collide", description="Elastic collisions of two balls, millions at once.")
+    parser = _Parser(
+        prog="collide",
+        description="Elastic collisions of two balls, millions at once.",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("--version", action=_Version, nargs=0, help="what runs here, for a report")
-    commands = parser.add_subparsers(dest="command", required=True)
-    demo = commands.add_parser("demo", help="time ten million random pairs on this machine")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    text = "time millions of random pairs against NumPy and the memory of this machine, in half a minute"
+    demo = commands.add_parser("demo", help=text, description=text)
     demo.set_defaults(run=_demonstrate, input="demo", output="demo")
     columns = "; ".join(f"{name}: {' '.join(form.columns[:-1])}" for name, form in COLLISIONS.items())
     one = commands.add_parser(
@@ -110,6 +145,23 @@ def _parser() -> argparse.ArgumentParser:
     one.add_argument("--invalid", choices=("raise", "keep", "nan"), default="raise", help="default: %(default)s")
     one.add_argument("--approaching-only", action="store_true", help="leave pairs that do not approach as they are")
     one.add_argument("--quiet", action="store_true", help="no progress bar, no report")
+    ahead = commands.add_parser(
+        "compile",
+        help="compile all kernels ahead, as for an image of a container",
+        description="Compiles all kernels, and keeps them where each first call would: beside the package, else in the "
+        "user's folder of caches; in NUMBA_CACHE_DIR alone if that is set. They serve this version of the package, "
+        "Python and Numba, on this kind of processor, and, where root has made them, every user.",
+    )
+    ahead.set_defaults(run=_compile, input="compile", output="compile")
+    bench = commands.add_parser(
+        "bench",
+        help="run the benchmarks, which come with the sources",
+        usage="%(prog)s [-h] [ARGUMENT OF PYTEST ...]",
+        description="Runs the measurements in the folder benchmarks by pytest, where the package is installed from its "
+        "sources, by pip install -e. All of them take long: -k chooses some.",
+        epilog="collide bench -k 2d runs those in the plane only.",
+    )
+    bench.set_defaults(run=_bench, input="bench", output="bench")
     return parser
 
 
@@ -140,6 +192,21 @@ def _demonstrate(options: argparse.Namespace) -> None:
     except OSError:
         _give_up_output()
         raise
+
+
+def _compile(options: argparse.Namespace) -> None:
+    with interruptible():
+        from ._cli import kernels
+    _say(kernels.main())
+
+
+def _bench(options: argparse.Namespace) -> None:
+    with interruptible():
+        from ._cli import bench
+    try:
+        sys.exit(bench.main(options.rest))
+    except bench.MissingError as error:
+        raise UsageError(error) from None
 
 
 def resolve_file(options: argparse.Namespace) -> None:

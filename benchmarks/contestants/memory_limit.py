@@ -1,7 +1,8 @@
 """The memory limit: the same loads and stores as collide's, by the same machinery, and next to no arithmetic.
 
-Nothing else in this folder knows of the package's private modules. Kernels of one's own would differ in how they are
-cut into shares, and in their stores; then the difference to collide would be more than its arithmetic.
+Nothing else in this folder knows of the package's private modules, but for what the demo shares. Kernels of one's own
+would differ in how they are cut into shares, and in their stores; then the difference to collide would be more than its
+arithmetic.
 """
 
 from __future__ import annotations

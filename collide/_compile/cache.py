@@ -57,6 +57,8 @@ class DiskCache(NullCache):  # type: ignore[misc]
 
     def __init__(self, name: str) -> None:
         self._name = name
+        self.path: Path | None = None  # where the kernel is kept, as far as this process knows
+        self.was_kept = False  # whether it has been found there
 
     def _path(self, folder: Path, owner: int, signature: Any, codegen: Any) -> Path:
         # The owner too, as users of one folder would replace each other's kernels, which the others do not read.
@@ -66,11 +68,13 @@ class DiskCache(NullCache):  # type: ignore[misc]
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         with contextlib.suppress(Exception):
             target_context.refresh()
-            for folder in _folders() if _SOURCES else []:
+            for folder in folders() if _SOURCES else []:
                 for owner in ownership.owners():
                     with contextlib.suppress(Exception):
                         path = self._path(folder, owner, sig, target_context.codegen())
-                        return CompileResult._rebuild(target_context, *pickle.loads(_read(path, owner)))
+                        found = CompileResult._rebuild(target_context, *pickle.loads(_read(path, owner)))
+                        self.path, self.was_kept = path, True
+                        return found
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -78,10 +82,12 @@ class DiskCache(NullCache):  # type: ignore[misc]
             if not _SOURCES or _sources_digest() != _SOURCES:
                 return  # no source to name it by, or another by now than what was imported
             payload, owner = dumps(data._reduce()), ownership.owners()[0]
-            for folder in _folders():
+            for folder in folders():
                 with contextlib.suppress(Exception):
                     folder.mkdir(parents=True, exist_ok=True)
-                    _write(self._path(folder, owner, sig, data.codegen), owner, payload)
+                    path = self._path(folder, owner, sig, data.codegen)
+                    _write(path, owner, payload)
+                    self.path = path
                     _remove_unused(folder)
                     return
 
@@ -131,7 +137,7 @@ def _remove_unused(folder: Path) -> None:
                 path.unlink()
 
 
-def _folders() -> list[Path]:
+def folders() -> list[Path]:
     """Where kernels may be kept, best first: NUMBA_CACHE_DIR alone if it is set, else beside the code, else at home."""
     if config.CACHE_DIR:
         return [Path(config.CACHE_DIR) / "collide"]

@@ -41,6 +41,9 @@ def spread(name: str, function: Callable[..., Any], lengths: Sequence[int], *bef
     return scope[f"_{name}"]  # type: ignore[no-any-return]
 
 
+KERNELS: list[Kernel] = []  # all that the modules imported so far have
+
+
 class Kernel:
     """A compiled batch loop: one signature, made when it is first called, run without the GIL.
 
@@ -48,9 +51,11 @@ class Kernel:
     """
 
     def __init__(self, function: Callable[..., Any], signature: Any, name: str) -> None:
-        self._function, self._signature, self._name = function, signature, name
+        self._function, self._signature, self.name = function, signature, name
+        self.cache = DiskCache(name)
         self._error: BaseException | None = None
         self._waiting: list[_thread.LockType] = []
+        KERNELS.append(self)
 
     def __getattr__(self, name: str) -> Any:
         if name == "compiled":  # which is an attribute from then on: a property costs a small call 2 % of its time
@@ -125,7 +130,7 @@ class Kernel:
 
     def _build(self) -> Any:
         dispatcher = batch_loop(self._function)
-        dispatcher._cache = DiskCache(self._name)
+        dispatcher._cache = self.cache
         dispatcher.compile(self._signature)
         dispatcher.disable_compile()
         _introduce(dispatcher, self._signature)
@@ -137,7 +142,7 @@ class Callback(Kernel):
 
     def _build(self) -> Any:
         made = callback(self._function, self._signature)
-        made._cache = DiskCache(self._name)
+        made._cache = self.cache
         made.compile()
         self._made_of = made  # or its code might go
         return made.address

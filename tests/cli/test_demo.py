@@ -1,29 +1,49 @@
 """`collide demo`: what it prints, and how it fails."""
 
+import os
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from collide._cli import demo
+import collide
+from collide._cli import against_numpy, demo
+from collide._pairs.forms import COLLISIONS
 from tests.helpers import process
 from tests.helpers.tables import status
 
+ROW = r"{name} +{x} +{x} +{x} +{x} +{x} +{x} s  (compiled|loaded)\n"
 
-def test_demo_prints_speed_and_drift(capsys):
+
+def test_demo_prints_a_table(capsys):
     demo.main(n=100_000, rounds=2)
-    text = capsys.readouterr().out
-    number = r"([\d.]+(?:e[-+]\d+)?)"
-    for form in ("2d", "polar"):
-        rate = re.search(rf"{form} +{number} million pairs/s", text)
-        assert float(rate[1]) > 0.0
-    for figure in ("times as fast as the NumPy expression", "of the memory limit"):
-        found = re.findall(rf"{number} {figure}", text)
-        assert len(found) == 2
-        assert all(float(value) > 0.0 for value in found)
-    drifts = re.findall(rf"{number} relative drift of total momentum, {number} of total energy", text)
-    assert len(drifts) == 2
-    assert all(float(value) < 1e-13 for pair in drifts for value in pair)
+    text, progress = capsys.readouterr()
+    assert progress == ""  # as this is no terminal
+    for form, name in demo.NAMES.items():
+        pattern = ROW.replace("{name}", name).replace("{x}", r"(\d+(?:\.\d+)?(?:e[-+]\d+)?)")
+        rate, times_numpy, of_limit, momentum, energy, _ = map(float, re.search(pattern, text).groups()[:-1])
+        assert min(rate, times_numpy, of_limit) > 0.0, form
+        assert max(momentum, energy) < 1e-13, form
+    assert f"Kernels are kept in {os.environ['NUMBA_CACHE_DIR']}" in text
+
+
+@pytest.mark.parametrize("form", COLLISIONS)
+def test_numpy_is_given_the_same_to_do(form):
+    columns = against_numpy.random_pairs(form, 1000)
+    mine, numpys = getattr(collide, f"resolve_{form}")(*columns), against_numpy.EXPRESSIONS[form](*columns)
+    np.testing.assert_allclose(mine, numpys, rtol=1e-11, atol=1e-11)
+
+
+def test_the_first_call_is_said_to_load_or_to_compile(monkeypatch, capsys):
+    said = {}
+    for was_kept in (True, False):
+        for form in COLLISIONS.values():
+            monkeypatch.setattr(form.kernels["dd"].cache, "was_kept", was_kept)
+        demo.main(n=1000, rounds=1)
+        said[was_kept] = capsys.readouterr().out
+    counts = {was_kept: (text.count("s  loaded\n"), text.count("s  compiled\n")) for was_kept, text in said.items()}
+    assert counts == {True: (3, 0), False: (0, 3)}
 
 
 @pytest.mark.parametrize(

@@ -32,10 +32,10 @@ def test_a_home_for_caches_that_is_not_absolute_is_ignored(said, cache, monkeypa
     if said is not None:
         monkeypatch.setenv("XDG_CACHE_HOME", said)
     beside = Path(collide.__file__).parent / "__pycache__"
-    assert _cache._folders() == [beside, Path(cache) / "collide"]
+    assert _cache.folders() == [beside, Path(cache) / "collide"]
     monkeypatch.setenv("HOME", "home")
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
-    assert _cache._folders() == [beside]
+    assert _cache.folders() == [beside]
 
 
 # A kernel that takes no time to compile, in a cache of its own
@@ -279,7 +279,7 @@ class Broken:
         raise RuntimeError("broken")
 
 
-PARTS = ["_folders", "_environment", "_sources_digest", "_read", "_write", "_remove_unused", "dumps", "time"]
+PARTS = ["folders", "_environment", "_sources_digest", "_read", "_write", "_remove_unused", "dumps", "time"]
 PARTS += [f"ownership.{part}" for part in ("owners", "open_carefully", "show_to_others", "is_safe")]
 
 

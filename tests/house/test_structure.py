@@ -34,7 +34,7 @@ ORDER = """
     _pairs.loop
     _pairs.forms  errors  _pairs.arguments
     _pairs.results  _pairs.blocks
-    _cli.limit  _pairs.execution  _contacts.torus  _contacts.state
+    _cli.limit  _cli.status_line  _cli.against_numpy  _cli.bench  _pairs.execution  _contacts.torus  _contacts.state
     _contacts.grid
     _contacts.layout
     _contacts.at_once
@@ -45,7 +45,7 @@ ORDER = """
     batch  contacts  _tables.stream  _tables.arrow_batches
     arrow  _tables.numpy_files  _tables.arrow_files  dask
     _tables.parquet_files  _tables.ipc_files  _tables.csv_files
-    __init__
+    __init__  _cli.kernels
     _cli.demo
     __main__
 """
