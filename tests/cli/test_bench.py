@@ -41,9 +41,9 @@ def test_pytest_gets_the_arguments_and_gives_the_exit_status(arguments, code, su
 
 
 def test_a_termination_ends_pytest_too(suite, monkeypatch):
-    ended = []
+    ended: list[subprocess.Popen[bytes]] = []
 
-    class Running(subprocess.Popen):
+    class Running(subprocess.Popen[bytes]):
         def wait(self, timeout=None):
             if not ended:
                 ended.append(self)
@@ -57,7 +57,7 @@ def test_a_termination_ends_pytest_too(suite, monkeypatch):
 
 
 def test_an_interrupt_leaves_pytest_the_time_to_sum_up(suite, monkeypatch, capfd):
-    class Running(subprocess.Popen):
+    class Running(subprocess.Popen[bytes]):
         is_interrupted = False
 
         def wait(self, timeout=None):

@@ -17,7 +17,8 @@ class Terminal(io.StringIO):
         return True
 
     def line(self):
-        seen, place = [], 0
+        seen: list[str] = []
+        place = 0
         for character in self.getvalue():
             if character == "\r":
                 place = 0
