@@ -22,7 +22,7 @@ from .status_line import status_line
 # All in half a minute: where nothing is kept, each form takes six or seven seconds to compile, with its yardsticks.
 NAMES = {"2d": "in the plane", "3d": "in space", "polar": "in polar form"}
 # Beyond the caches, and of arrays so large that NumPy's own results are fresh memory at each call.
-_PAIRS, _ROUNDS, _NUMPYS_ROUNDS = 5_000_000, 11, 2
+_PAIRS, _ROUNDS, _NUMPYS_ROUNDS = 5_000_000, 9, 1
 _HEAD = """\
                   million  times as fast     of the     drift of total      first
                   pairs/s       as NumPy      limit   momentum   energy      call"""
@@ -65,7 +65,7 @@ def _row(form: Form, n: int, rounds: int, show: Callable[[str], None]) -> str:
     times: dict[str, list[float]] = {key: [] for key in contestants}
     for i in range(rounds):
         for key, contestant in contestants.items():
-            if key != "NumPy" or i < _NUMPYS_ROUNDS:  # it takes seconds
+            if key != "NumPy" or i < _NUMPYS_ROUNDS:  # it takes a second
                 times[key].append(_seconds(contestant))
     median = {key: statistics.median(values) for key, values in times.items()}
     first = f"{first_call:6.2f} s  {'loaded' if form.kernels['dd'].cache.was_kept else 'compiled'}"
