@@ -1,5 +1,7 @@
-"""What only the command line needs; its arguments and exit statuses are in collide/__main__.py.
+"""What only the command line needs; its subcommands and exit statuses are in collide/__main__.py.
 
-demo.py     `collide demo`
-limit.py    the kernels that move the bytes of a form only: the memory limit
+resolve.py    `collide resolve`: its arguments, which file is of which format, what may be replaced
+demo.py       `collide demo`
+limit.py      the kernels that move the bytes of a form only: the memory limit
+messages.py   what the command line says, and where
 """

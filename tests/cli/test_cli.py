@@ -210,7 +210,8 @@ def test_module_reports_bad_data_in_one_line(source, target):
     write(source, without(LINE, "v2"))
     done = process.run(sys.executable, "-m", "collide", "resolve", source, "-o", target)
     assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == f"collide: {source}: missing column v2 (of the 1d form)\n"
+    said = "missing column v2 (of the 1d form); there are m1, m2, v1: `columns` says which is which (--columns v2=NAME)"
+    assert done.stderr == f"collide: {source}: {said}\n"
 
 
 def test_console_script(source, target):
