@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import collide
-from collide.__main__ import UsageError, main
+from collide.__main__ import UsageError, _parser, main
 from collide._system import signals
-from collide._tables import by_name, stream
+from collide._tables import by_name, formats, stream
 from collide._tables.conservation import Conservation
 from tests.helpers import process
 from tests.helpers.npz import LINE, POLAR, SPACE, assert_refused, assert_resolved, without, write
@@ -228,6 +228,29 @@ def test_help_names_every_column():
     assert done.returncode == 0
     for name in {*LINE, *SPACE, *POLAR, "restitution"}:
         assert re.search(rf"\b{name}\b", done.stdout), name
+
+
+def test_help_shows_two_examples():
+    done = process.run(sys.executable, "-m", "collide", "--help")
+    assert done.returncode == 0
+    examples = re.findall("^  (collide .*)$", done.stdout, re.MULTILINE)
+    assert len(examples) >= 2
+    for example in examples:
+        assert _parser().parse_args(example.split()[1:]).run
+
+
+def test_help_lists_every_format_and_option():
+    done = process.run(sys.executable, "-m", "collide", "resolve", "--help")
+    assert done.returncode == 0
+    for name, known in formats.FORMATS.items():
+        assert re.search(rf"^  {re.escape(name)} +{re.escape(known.what)}$", done.stdout, re.MULTILINE), name
+    for option in ("--output", "--overwrite", "--from", "--to", "--delimiter", "--form", "--columns", "--invalid"):
+        assert re.search(rf"{option}\b", done.stdout), option
+    assert "Standard output cannot: after an error," in done.stdout
+    examples = re.findall(r"^  (?:.* \| )?(collide resolve .*?)(?: \| .*)?$", done.stdout, re.MULTILINE)
+    assert len(examples) == 2
+    for example in examples:
+        assert _parser().parse_args(example.split()[1:]).run
 
 
 @pytest.mark.parametrize(("command", "frozen"), [(["-m", "collide"], True), (["-c", "import collide.__main__"], False)])
