@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import queue
 import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, cast
 
 _PIECE = 1 << 20
 
@@ -71,8 +72,26 @@ Place = Path | BinaryIO  # to which a table is written: a file or folder, or sta
 @contextlib.contextmanager
 def output() -> Iterator[BinaryIO]:
     """Standard output, on which there is all that has been written, whatever comes after."""
-    yield sys.stdout.buffer
-    sys.stdout.buffer.flush()
+    file = sys.stdout.buffer
+    yield cast(BinaryIO, _Unbuffered(file)) if isinstance(file, io.RawIOBase) else file
+    file.flush()
+
+
+class _Unbuffered:
+    """Standard output under PYTHONUNBUFFERED, which by itself writes what fits, and says how much that was."""
+
+    closed = False  # which pyarrow asks
+
+    def __init__(self, file: io.RawIOBase) -> None:
+        self._file = file
+
+    def write(self, data: bytes) -> None:
+        left = memoryview(data).cast("B")
+        while left:
+            left = left[self._file.write(left) :]
+
+    def flush(self) -> None:
+        pass
 
 
 @contextlib.contextmanager

@@ -74,7 +74,7 @@ class Source(ABC):
 
     @abstractmethod
     def blocks(self) -> Iterator[Block]:
-        """All rows, once."""
+        """All rows, once, in blocks that have some."""
 
     @abstractmethod
     def as_numpy(self, target: str) -> NumpyTable: ...
@@ -103,7 +103,7 @@ class Sink(ABC):
 
     @abstractmethod
     def open(self, place: Place) -> contextlib.AbstractContextManager[Write]:
-        """What writes the blocks, which have rows, and their results there."""
+        """What writes the blocks and their results there."""
 
 
 class Report(NamedTuple):
@@ -147,8 +147,7 @@ def run(
         sink.open(place) as write,
     ):
         for block, after, n_more in coming:
-            if block.n_rows:
-                write(block, after)
+            write(block, after)
             n_invalid += n_more
             progress(block.n_rows, source.n_rows)
     return Report(conservation, n_invalid)

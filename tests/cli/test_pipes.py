@@ -1,5 +1,6 @@
 """Standard input and output: tables that come from a pipe, and go into one."""
 
+import io
 import os
 import signal
 import sys
@@ -166,6 +167,37 @@ def test_a_reader_that_has_had_enough(to, tmp_path):
         writing.stdout.close()
         assert writing.wait(timeout=60) == 141
         assert writing.stderr.read() == b""
+
+
+@pytest.mark.parametrize("unbuffered", [None, "1"])
+def test_a_reader_that_is_gone_before_little_is_written(unbuffered, tmp_path):
+    """Which shows at the end, and must not once more when Python ends."""
+    source = any_format.write(tmp_path / "a.csv", {name: column[:3] for name, column in LINE.items()})
+    options = {"env": process.environment(PYTHONUNBUFFERED=unbuffered), "stderr": process.PIPE, "text": False}
+    with process.running(*RESOLVE, source, "-o", "-", **options) as writing:
+        writing.stdout.close()
+        assert writing.wait(timeout=60) == 141
+        assert writing.stderr.read() == b""
+
+
+@pytest.mark.parametrize("to", STREAMS)
+def test_standard_output_that_takes_a_few_bytes_at_once(to, tmp_path, monkeypatch):
+    """As a file may that Python does not buffer."""
+    taken = []
+
+    class Slow(io.RawIOBase):
+        def writable(self):
+            return True
+
+        def write(self, data):
+            taken.append(bytes(data[:99]))
+            return len(taken[-1])
+
+    source = any_format.write(tmp_path / "a.tsv", LINE)
+    assert resolve(source, tmp_path / f"b{STREAMS[to]}", "--quiet") == 0
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(Slow()))
+    assert resolve(source, "-", "--to", to, "--quiet") == 0
+    assert b"".join(taken) == (tmp_path / f"b{STREAMS[to]}").read_bytes()
 
 
 @pytest.mark.unix
