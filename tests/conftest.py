@@ -20,6 +20,14 @@ def keep_threads():
 
 
 @pytest.fixture
+def small_blocks(monkeypatch):
+    """So that a table of a thousand rows has several."""
+    monkeypatch.setattr("collide._tables.stream.ROWS", 300)
+    monkeypatch.setattr("collide._tables.arrow_files.BLOCK_BYTES", 1 << 15)
+    monkeypatch.setattr("collide._tables.csv_files._TEXT_BYTES", 1 << 14)
+
+
+@pytest.fixture
 def source(tmp_path):
     return tmp_path / "pairs.npz"
 

@@ -11,6 +11,7 @@ from .._pairs import execution
 from .._pairs.forms import COLLISIONS, Form
 from .._typing import Array
 from ..errors import InvalidPairError
+from . import missing as advice
 
 _E = "restitution"
 
@@ -22,6 +23,10 @@ def counted(n: int, what: str) -> str:
 
 class TableError(ValueError):
     """A table that cannot be resolved: the column, where there is one the row, and the rule."""
+
+    def __init__(self, message: str, row: int | None = None) -> None:
+        super().__init__(message)
+        self.row = row  # which some formats can tell more of
 
 
 class ColumnTypeError(TableError, TypeError):
@@ -42,6 +47,13 @@ class Options(NamedTuple):
     restitution: float | None  # None: the column, or 1 where there is none
     approaching_only: bool
     invalid: str
+
+
+def cannot_hold(name: str, what: str, target: str) -> ColumnTypeError:
+    """Of a column that a format has no place for."""
+    return ColumnTypeError(
+        f"column {name}: {what}, which {target} cannot hold: choose another format, or take the column out"
+    )
 
 
 def options(restitution: Any, approaching_only: bool, invalid: str) -> Options:
@@ -74,7 +86,9 @@ def choose(names: Iterable[str], form: str | None, columns: Mapping[str, str] | 
             raise TableError(f"column {column}: there are {names.count(column)} of that name")
     for k, column in enumerate(outputs):
         if column in names or column in outputs[:k]:
-            raise TableError(f"column {column}: is there already, and would be written")
+            raise TableError(
+                f"column {column}: is there already, and would be written: `columns` (--columns) calls it otherwise"
+            )
     return Columns(chosen, inputs, outputs)
 
 
@@ -107,12 +121,26 @@ def _form_of(names: Sequence[str], called: Mapping[str, str], among: Mapping[str
     own = {key: there[key] - {*called.values()} for key in meant}
     chosen = [key for key in complete if not any(columns[key] < columns[g] and own[g] - columns[key] for g in meant)]
     if not chosen:
-        likely = max(meant or among, key=lambda key: (len(there[key]), -len(missing[key])))
         asked = "".join(f'; form="{key}" (--form {key}) takes the columns of that form alone' for key in complete)
-        raise TableError(f"missing column {', '.join(missing[likely])} (of the {likely} form){asked}")
+        likely = _likely(names, called, {key: among[key] for key in meant or among})
+        wanted = {c: called.get(c, c) for c in among[likely].columns if called.get(c, c) in missing[likely]}
+        raise TableError(
+            f"missing column {', '.join(missing[likely])} (of the {likely} form){asked}; "
+            f"{advice.what_is_there(names, wanted)}"
+        )
     if len(chosen) > 1:
-        raise TableError(f"has the columns of more than one form: {', '.join(complete)}")
+        raise TableError(f"has the columns of more than one form: {', '.join(complete)}; `form` (--form) says which")
     return among[chosen[0]]
+
+
+def _likely(names: Sequence[str], called: Mapping[str, str], among: Mapping[str, Form]) -> str:
+    """The form that fits best, also where names are only nearly those of its columns, or are not there at all."""
+    parts, _ = advice.parts_of(names)
+    if advice.are_numbers(parts):
+        return min(among, key=lambda key: abs(len(among[key].columns) - 1 - len(parts)))
+    wanted = {key: [called.get(c, c) for c in form.columns if c != _E] for key, form in among.items()}
+    near = {key: len(advice.nearly(wanted[key], parts)) for key in among}
+    return max(among, key=lambda key: (near[key], near[key] - len(wanted[key])))
 
 
 def results_of(

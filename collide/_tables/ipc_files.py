@@ -16,18 +16,17 @@ import pyarrow.ipc
 
 from .._typing import Array
 from . import arrow_files, stream
-from .arrow_files import UNREADABLE, ArrowFile, extended, joined, opened, why, written
+from .arrow_files import UNREADABLE, ArrowFile, ArrowSink, created, extended, why, written
 from .by_name import TableError
-from .stream import Block, Write
+from .standard import Input, Place
+from .stream import ArrowTable, Block, Source, Write
 
 
 class Ipc(ArrowFile):
-    """Arrow's file format. The output is not compressed: pyarrow does not tell how the input is."""
+    """Arrow's file format."""
 
-    _open_any, _new_any = staticmethod(pa.ipc.open_file), staticmethod(pa.ipc.new_file)
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
+    def __init__(self, place: Path | Input) -> None:
+        super().__init__(place)
         try:
             self.schema = self._open().schema
             self.names, self.n_rows = list(self.schema.names), None
@@ -36,7 +35,7 @@ class Ipc(ArrowFile):
 
     def _open(self, **options: Any) -> Any:
         self._file.seek(0)
-        return self._open_any(self._file, options=pa.ipc.IpcReadOptions(**options))
+        return pa.ipc.open_file(self._file, options=pa.ipc.IpcReadOptions(**options))
 
     def _all(self, reader: Any) -> Iterator[Any]:
         n_rows = 0
@@ -58,27 +57,66 @@ class Ipc(ArrowFile):
     def _column(self, name: str) -> Iterator[Any]:
         return self._all(self._open(included_fields=[self.names.index(name)]))
 
-    @contextlib.contextmanager
-    def sink(self, path: Path, outputs: dict[str, Array]) -> Iterator[Write]:
-        schema = extended(self.schema, outputs)
-        # A file may not have several dictionaries, but what comes to the first.
-        options = pa.ipc.IpcWriteOptions(emit_dictionary_deltas=True)
-        with opened(path, "wb") as file, self._new_any(file, schema, options=options) as writer:
-
-            def write(block: Block, results: Sequence[Array]) -> None:
-                with written(block.start):
-                    writer.write_batch(joined(schema, block, results))
-
-            yield write
-
 
 class IpcStream(Ipc):
     """Arrow's format for streams, which does not say how many batches there are."""
 
-    _open_any, _new_any = staticmethod(pa.ipc.open_stream), staticmethod(pa.ipc.new_stream)
+    _reader: Any = None  # of standard input, which is read once
+
+    def _open(self, **options: Any) -> Any:
+        if self._size is not None:
+            self._file.seek(0)
+        elif self._reader:
+            return self._reader
+        self._reader = pa.ipc.open_stream(self._file, options=pa.ipc.IpcReadOptions(**options))
+        return self._reader
 
     def _all(self, reader: Any) -> Iterator[Any]:
         return iter(reader)
+
+
+class IpcSink(ArrowSink):
+    """Not compressed: of an input of the same format, pyarrow does not tell how it is.
+
+    A file may not have several dictionaries, but what comes to the first. So what others have in dictionaries, which
+    may be of all kinds, is written as what it stands for.
+    """
+
+    _new, _target, _is_stream = staticmethod(pa.ipc.new_file), "an .arrow file", False
+
+    def __init__(self, source: Source, outputs: dict[str, Array]) -> None:
+        super().__init__(source, outputs, self._target)
+        if not (self._is_stream or type(source) is Ipc):
+            self._table = _without_dictionaries(self._table)
+            self._schema = extended(self._table.schema, outputs)
+
+    @contextlib.contextmanager
+    def open(self, place: Place) -> Iterator[Write]:
+        options = pa.ipc.IpcWriteOptions(emit_dictionary_deltas=True)
+        with created(place) as file, self._new(file, self._schema, options=options) as writer:
+
+            def write(block: Block, results: Sequence[Array]) -> None:
+                with written(block.start):
+                    writer.write_batch(self._joined(block, results))
+
+            yield write
+
+
+class IpcStreamSink(IpcSink):
+    """Arrow's format for streams."""
+
+    _new, _target, _is_stream = staticmethod(pa.ipc.new_stream), "an .arrows stream", True
+
+
+def _without_dictionaries(table: ArrowTable) -> ArrowTable:
+    fields = [f.with_type(f.type.value_type) if pa.types.is_dictionary(f.type) else f for f in table.schema]
+    schema = pa.schema(fields, table.schema.metadata)
+
+    def of(block: Block) -> Any:
+        columns = [c.dictionary_decode() if pa.types.is_dictionary(c.type) else c for c in table.of(block).columns]
+        return pa.RecordBatch.from_arrays(columns, schema=schema)
+
+    return ArrowTable(schema, of)
 
 
 def _is_view(kind: Any) -> bool:

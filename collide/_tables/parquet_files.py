@@ -10,7 +10,8 @@ import contextlib
 import functools
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+import operator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +20,11 @@ import pyarrow.parquet as pq
 
 from .._typing import Array
 from . import arrow_files, stream
-from .arrow_files import UNREADABLE, ArrowFile, extended, joined, opened, why, written
-from .by_name import TableError
-from .stream import Block, Write, behind
+from .arrow_files import UNREADABLE, ArrowFile, ArrowSink, created, why, written
+from .by_name import TableError, cannot_hold
+from .conversion import is_text
+from .standard import Place
+from .stream import Block, Source, Write, behind
 
 GROUP_BYTES = 1 << 27  # of a row group in memory, where up to two are at a time
 _FIRST = 1 << 10  # rows, from which the size of all is told
@@ -29,7 +32,7 @@ _WIDTHS = {"INT32": 4, "FLOAT": 4, "INT64": 8, "DOUBLE": 8}  # of a value that s
 
 
 class Parquet(ArrowFile):
-    """The output has the row groups of the input, compressed and encoded as there; what is too large, in several."""
+    """Row groups may be larger than memory: they are read by pages."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
@@ -65,30 +68,13 @@ class Parquet(ArrowFile):
         for g in range(self._metadata.num_row_groups):
             yield from self._table.iter_batches(_FIRST, row_groups=[g], columns=[name])
 
-    @contextlib.contextmanager
-    def sink(self, path: Path, outputs: dict[str, Array]) -> Iterator[Write]:
-        schema = extended(self.schema, outputs)
+    def ends(self) -> set[int]:
+        """Of the row groups, the numbers of rows up to there."""
         groups = map(self._metadata.row_group, range(self._metadata.num_row_groups))
-        ends = set(itertools.accumulate(group.num_rows for group in groups))
-        coming: list[Any] = []  # of the next row group
-        with (
-            opened(path, "wb") as file,
-            pq.ParquetWriter(file, schema, **self._as_here(outputs)) as writer,
-            behind(functools.partial(_write, writer)) as write_behind,
-        ):
+        return set(itertools.accumulate(group.num_rows for group in groups))
 
-            def write(block: Block, results: Sequence[Array]) -> None:
-                with written(block.start):
-                    coming.append(joined(schema, block, results))
-                end, n_bytes = block.start + block.n_rows, sum(batch.get_total_buffer_size() for batch in coming)
-                if end in ends or n_bytes >= GROUP_BYTES:
-                    group = pa.Table.from_batches(coming)
-                    coming.clear()
-                    write_behind(end - group.num_rows, group)
-
-            yield write
-
-    def _as_here(self, outputs: dict[str, Array]) -> dict[str, Any]:
+    def how(self, outputs: dict[str, Array]) -> dict[str, Any]:
+        """How it is compressed and encoded, as the options of a writer that writes the results as well."""
         if not self._metadata.num_row_groups:
             return {}
         group = self._metadata.row_group(0)
@@ -101,6 +87,62 @@ class Parquet(ArrowFile):
             "use_dictionary": [c.path_in_schema for c in columns if _by_dictionary(c)],
             "max_rows_per_page": stream.ROWS,  # or pages end after 20,000, where pyarrow is half as fast as at 1 MiB
         }
+
+
+class ParquetSink(ArrowSink):
+    """With the row groups of a Parquet source, compressed and encoded as there; what is too large, in several."""
+
+    def __init__(self, source: Source, outputs: dict[str, Array]) -> None:
+        super().__init__(source, outputs, "a .parquet file")
+        self._size: Callable[[Any], int]
+        if isinstance(source, Parquet):
+            self._ends, self._how = source.ends(), source.how(outputs)
+            self._size = operator.methodcaller("get_total_buffer_size")
+        else:
+            for field in self._table.schema:
+                _check_type(field)
+            texts = [field.name for field in self._table.schema if is_text(field.type)]
+            self._ends, self._how = set(), {"use_dictionary": texts, "max_rows_per_page": stream.ROWS}
+            self._size = operator.attrgetter("nbytes")  # a block may be a slice of what is much larger
+
+    @contextlib.contextmanager
+    def open(self, place: Place) -> Iterator[Write]:
+        coming: list[Any] = []  # of the next row group
+        with (
+            created(place) as file,
+            pq.ParquetWriter(file, self._schema, **self._how) as writer,
+            behind(functools.partial(_write, writer)) as write_behind,
+        ):
+
+            def end_group(end: int) -> None:
+                group = pa.Table.from_batches(coming)
+                coming.clear()
+                write_behind(end - group.num_rows, group)
+
+            end = 0
+
+            def write(block: Block, results: Sequence[Array]) -> None:
+                nonlocal end
+                with written(block.start):
+                    coming.append(self._joined(block, results))
+                end = block.start + block.n_rows
+                if end in self._ends or sum(map(self._size, coming)) >= GROUP_BYTES:
+                    end_group(end)
+
+            yield write
+            if coming:
+                end_group(end)
+
+
+def _check_type(field: Any) -> None:
+    """Whether it can be written, by trying: no list would be that of each pyarrow."""
+    schema = pa.schema([field.with_nullable(True)])
+    try:
+        batch = pa.RecordBatch.from_arrays([pa.nulls(1, field.type)], schema=schema)
+        with pq.ParquetWriter(pa.BufferOutputStream(), schema) as writer:
+            writer.write_batch(batch)
+    except pa.ArrowException:
+        raise cannot_hold(field.name, f"has type {field.type}", "a .parquet file") from None
 
 
 def _write(writer: Any, start: int, group: Any) -> None:

@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 
 import collide
-from collide.__main__ import UsageError, main
+from collide.__main__ import _parser, main
+from collide._cli.messages import UsageError
 from collide._system import signals
-from collide._tables import by_name, stream
+from collide._tables import by_name, formats, stream
 from collide._tables.conservation import Conservation
 from tests.helpers import process
 from tests.helpers.npz import LINE, POLAR, SPACE, assert_refused, assert_resolved, without, write
@@ -210,7 +211,8 @@ def test_module_reports_bad_data_in_one_line(source, target):
     write(source, without(LINE, "v2"))
     done = process.run(sys.executable, "-m", "collide", "resolve", source, "-o", target)
     assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == f"collide: {source}: missing column v2 (of the 1d form)\n"
+    said = "missing column v2 (of the 1d form); there are m1, m2, v1: `columns` says which is which (--columns v2=NAME)"
+    assert done.stderr == f"collide: {source}: {said}\n"
 
 
 def test_console_script(source, target):
@@ -227,6 +229,29 @@ def test_help_names_every_column():
     assert done.returncode == 0
     for name in {*LINE, *SPACE, *POLAR, "restitution"}:
         assert re.search(rf"\b{name}\b", done.stdout), name
+
+
+def test_help_shows_two_examples():
+    done = process.run(sys.executable, "-m", "collide", "--help")
+    assert done.returncode == 0
+    examples = re.findall("^  (collide .*)$", done.stdout, re.MULTILINE)
+    assert len(examples) >= 2
+    for example in examples:
+        assert _parser().parse_args(example.split()[1:]).run
+
+
+def test_help_lists_every_format_and_option():
+    done = process.run(sys.executable, "-m", "collide", "resolve", "--help")
+    assert done.returncode == 0
+    for name, known in formats.FORMATS.items():
+        assert re.search(rf"^  {re.escape(name)} +{re.escape(known.what)}$", done.stdout, re.MULTILINE), name
+    for option in ("--output", "--overwrite", "--from", "--to", "--delimiter", "--form", "--columns", "--invalid"):
+        assert re.search(rf"{option}\b", done.stdout), option
+    assert "Standard output cannot: after an error," in done.stdout
+    examples = re.findall(r"^  (?:.* \| )?(collide resolve .*?)(?: \| .*)?$", done.stdout, re.MULTILINE)
+    assert len(examples) == 2
+    for example in examples:
+        assert _parser().parse_args(example.split()[1:]).run
 
 
 @pytest.mark.parametrize(("command", "frozen"), [(["-m", "collide"], True), (["-c", "import collide.__main__"], False)])

@@ -34,19 +34,21 @@ ORDER = """
     _pairs.loop
     _pairs.forms  errors  _pairs.arguments
     _pairs.results  _pairs.blocks
-    _cli.limit  _cli.status_line  _cli.against_numpy  _cli.bench  _pairs.execution  _contacts.torus  _contacts.state
+    _cli.limit  _cli.status_line  _cli.against_numpy  _pairs.execution  _contacts.torus  _contacts.state
     _contacts.grid
     _contacts.layout
     _contacts.at_once
-    _contacts.search  _tables.conservation  _tables.by_name  _pairs.vectors
+    _contacts.search  _tables.conservation  _tables.missing  _tables.standard  _pairs.vectors
+    _tables.by_name
     _contacts.in_order
     _contacts.resolution
     _contacts.walls
     batch  contacts  _tables.stream  _tables.arrow_batches
+    _tables.conversion
     arrow  _tables.numpy_files  _tables.arrow_files  dask
-    _tables.parquet_files  _tables.ipc_files  _tables.csv_files
-    __init__  _cli.kernels
-    _cli.demo
+    _tables.parquet_files  _tables.ipc_files  _tables.csv_files  _tables.formats
+    __init__  _cli.kernels  _cli.messages
+    _cli.demo  _cli.bench  _cli.resolve
     __main__
 """
 RANK = {name: i for i, line in enumerate(ORDER.splitlines()) for name in line.split()}

@@ -23,6 +23,8 @@ RUNS = {
     "tests/pairs/test_out.py tests/contacts tests/formulas/test_scalar.py tests/compile tests/system",
     "files": "-k not(stopped) tests/tables/test_files.py tests/tables/test_folders.py tests/tables/test_npz.py "
     "tests/tables/test_output.py tests/cli/test_cli.py tests/cli/test_help.py tests/cli/test_bench.py",
+    "formats": "tests/tables/test_formats.py tests/tables/test_csv.py tests/tables/test_messages.py "
+    "tests/cli/test_pipes.py",
 }
 
 if elsewhere.SYSTEM is None:

@@ -135,9 +135,9 @@ def test_names_that_pyarrow_could_take_for_something_else(suffix, tmp_path, monk
 
 
 def test_an_arrow_file_is_no_stream(tmp_path, capsys):
-    source = write(tmp_path / "a.arrows", LINE)
-    assert resolve(source, tmp_path / "b.arrow") == 2
-    assert "must have the format of the input" in capsys.readouterr().err
+    source = write(tmp_path / "a.arrows", LINE).rename(tmp_path / "a.arrow")
+    assert resolve(source, tmp_path / "b.arrow") == 1
+    assert_one_line(capsys, source, "is no .arrow file; it begins as a .arrows file does: --from arrows")
 
 
 def test_views_are_written_with_their_own_data_only(tmp_path):

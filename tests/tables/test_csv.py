@@ -6,6 +6,7 @@ import pyarrow.csv
 import pytest
 
 import collide
+from tests.helpers import any_format
 from tests.helpers.tables import (
     FOREIGN,
     LINE,
@@ -178,3 +179,87 @@ def test_carriage_returns_in_csv(tmp_path):
     (tmp_path / "a.csv").write_bytes(b'm1,m2,v1,v2,note\n1,1,3,0,"a\rb"\n1,1,4,0,plain\n')
     assert resolve(tmp_path / "a.csv", tmp_path / "b.csv") == 0
     assert (tmp_path / "b.csv").read_bytes() == b'm1,m2,v1,v2,note,u1,u2\n1,1,3,0,"a\rb",0,3\n1,1,4,0,plain,0,4\n'
+
+
+# Other marks between the values
+
+
+@pytest.mark.parametrize("option", [";", "|", "\\t", "tab", "\t", " "])
+def test_another_mark_between_the_values(option, tmp_path):
+    mark = {"\\t": "\t", "tab": "\t"}.get(option, option)
+    (tmp_path / "a.csv").write_bytes(any_format.as_text(LINE, mark))
+    assert resolve(tmp_path / "a.csv", tmp_path / "b.csv", "--delimiter", option) == 0
+    results = collide.resolve_1d(**LINE)._asdict()
+    assert (tmp_path / "b.csv").read_text().splitlines()[0] == mark.join([*LINE, *results])
+    (tmp_path / "b.csv").rename(tmp_path / "c.csv")
+    assert resolve(tmp_path / "c.csv", tmp_path / "d.npz", "--delimiter", option, "--columns", "u1=w1,u2=w2") == 0
+    written = any_format.read(tmp_path / "d.npz")
+    for name in ("u1", "u2"):
+        np.testing.assert_array_equal(written[name.replace("u", "w")], results[name])
+        np.testing.assert_array_equal(written[name].astype(float), results[name])
+
+
+def test_a_value_that_holds_the_mark_is_quoted(tmp_path):
+    (tmp_path / "a.tsv").write_text("m1\tm2\tv1\tv2\tnote\n1\t1\t3\t0\ta;b\n1\t1\t3\t0\ta,b\n")
+    assert resolve(tmp_path / "a.tsv", tmp_path / "b.csv", "--delimiter", ";") == 0
+    assert (tmp_path / "b.csv").read_text() == 'm1;m2;v1;v2;note;u1;u2\n1;1;3;0;"a;b";0;3\n1;1;3;0;a,b;0;3\n'
+    assert resolve(tmp_path / "a.tsv", tmp_path / "b.tsv") == 0
+    assert (tmp_path / "b.tsv").read_text().splitlines()[1] == "1\t1\t3\t0\ta;b\t0\t3"
+
+
+@pytest.mark.parametrize("option", ["", ";;", "a", "1", "-", "+", ".", '"', "\n", "\xb7"])
+def test_marks_that_cannot_part_values(option, tmp_path, capsys):
+    source = write(tmp_path / "a.csv", LINE)
+    assert resolve(source, tmp_path / "b.csv", f"--delimiter={option}") == 2
+    assert "--delimiter: " in capsys.readouterr().err.replace("argument --delimiter", "--delimiter")
+    assert list(tmp_path.iterdir()) == [source]
+
+
+def test_a_mark_where_there_is_no_text(tmp_path, capsys):
+    source = write(tmp_path / "a.parquet", LINE)
+    assert resolve(source, tmp_path / "b.tsv", "--delimiter", ";") == 2
+    assert_one_line(capsys, "--delimiter: neither INPUT nor OUTPUT is .csv text")
+
+
+@pytest.mark.parametrize(
+    ("value", "number"), [("1,5", "1.5"), ("-0,25e-3", "-0.25e-3"), (",5", ".5"), ("1.000,5", None), ("a,b", None)]
+)
+def test_decimal_commas(value, number, tmp_path, capsys):
+    (tmp_path / "a.csv").write_text(f"m1;m2;v1;v2\n1;2;3;{value}\n")
+    assert resolve(tmp_path / "a.csv", tmp_path / "b.csv", "--delimiter", ";") == 1
+    (said,) = capsys.readouterr().err.splitlines()
+    assert f"column v2: row 0: {value!r} is no number" in said
+    assert ("decimal commas are not taken, write " + str(number) in said) == (number is not None)
+
+
+# Lines
+
+BEFORE = {
+    "plain": ("m1,m2,v1,v2,note", ["1,1,3,0,x"] * 5, "\n", 7),
+    "other ends": ("m1,m2,v1,v2,note", ["1,1,3,0,x"] * 5, "\r\n", 7),
+    "old ends": ("m1,m2,v1,v2,note", ["1,1,3,0,x"] * 5, "\r", 7),
+    "empty lines": ("\n\nm1,m2,v1,v2,note", ["1,1,3,0,x", "\n\n1,1,3,0,x"], "\n", 8),
+    "values of several lines": ("m1,m2,v1,v2,note", ['1,1,3,0,"x\ny\n"', '1,1,3,0,"""\n\n"'], "\n", 8),
+    "a name of several lines": ('m1,m2,v1,v2,"no\nte"', ["1,1,3,0,x"], "\n", 4),
+    "a mark that begins the text": ('\ufeff"m1",m2,v1,v2,note', ["1,1,3,0,x"], "\n", 3),
+    "many": ("m1,m2,v1,v2,note", ["1,1,3,0,x", '1,1,3,0,"x\ny"'] * 2000, "\n", 6002),
+}
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".csv.gz"])
+@pytest.mark.parametrize("before", BEFORE)
+def test_a_row_is_named_by_its_line_too(before, suffix, tmp_path, capsys):
+    """Whatever is wrong with it: it is no number, no pair, or no row."""
+    names, rows, end, line = BEFORE[before]
+    source, n = tmp_path / f"a{suffix}", len(rows)
+    text = "".join(row + end for row in (names, *rows))
+    for bad, said in {
+        "1,1,fast,0,x": f"column v1: row {n}: 'fast' is no number (line {line})\n",
+        "1,-1,3,0,x": f"row {n}: m2 = -1.0: a mass must be ",
+        "1,1,1e400,0,x": f"column v1: row {n}: '1e400' is beyond the largest number, 1.8e308 (line {line})\n",
+        "1,1,3": f"Row #{n + 2}: Expected 5 columns, got 3: 1,1,3) (line {line})\n",
+    }.items():
+        with any_format.opened(source, "wb") as file:
+            file.write((text + bad + end + rows[0] + end).encode())
+        assert resolve(source, tmp_path / "b.csv") == 1
+        assert_refused(capsys, tmp_path / "b.csv", source, said, f" (line {line})\n")

@@ -212,15 +212,6 @@ def test_walls_are_left_out_of_the_report(tmp_path, capsys):
     assert capsys.readouterr().out.endswith(" (10 pairs without a finite energy not counted)\n")
 
 
-@pytest.mark.parametrize(("one", "other"), [(".parquet", ".csv"), (".csv", ".npz"), (".arrow", ".txt"), (".npz", "")])
-def test_the_output_has_the_format_of_the_input(one, other, tmp_path, capsys):
-    source = tmp_path / f"a{one}"
-    np.savez(source, **LINE) if one == ".npz" else write(source, LINE)
-    assert resolve(source, tmp_path / f"b{other}") == 2
-    assert f"must have the format of the input, {one}" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == [source]
-
-
 def test_an_input_of_no_known_format(tmp_path, capsys):
     (tmp_path / "a.xls").write_text("m1")
     assert resolve(tmp_path / "a.xls", tmp_path / "b.xls") == 2

@@ -149,8 +149,14 @@ BAD_TABLES = {
     "missing column": (without(LINE, "v2"), ["v2"]),
     "missing columns": (without(PLANE, "m1", "ny"), ["m1", "ny", "2d"]),
     "missing polar column": (without(POLAR, "phi", "v1"), ["phi", "v1", "polar"]),
-    "missing column in the plane": (without(PLANE, "nx"), ["column nx (of the 2d form)\n"]),
-    "missing column in space": (without(SPACE, "v2x"), ["column v2x (of the 3d form)\n"]),
+    "missing column in the plane": (
+        without(PLANE, "nx"),
+        ["column nx (of the 2d form); there are m1, m2, v1x, v1y, v2x, v2y, ny: "],
+    ),
+    "missing column in space": (
+        without(SPACE, "v2x"),
+        ["column v2x (of the 3d form); there are m1, ", ": `columns` says which is which (--columns v2x=NAME)\n"],
+    ),
     "missing columns in space": (
         without(SPACE, "nz", "v1z"),
         ['column v1z, nz (of the 3d form); form="2d" (--form 2d)'],

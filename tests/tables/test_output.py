@@ -303,15 +303,6 @@ def test_what_is_there_is_replaced_on_request_if_it_is_of_that_kind(there, paths
     assert not list(paths[1].parent.glob(".*"))
 
 
-@pytest.mark.parametrize("overwrite", [[], ["--overwrite"]], ids=["new", "overwrite"])
-@pytest.mark.parametrize("suffix", [".npz", ".parquet", ".arrow", ".csv", ".CSV"])
-def test_the_output_of_a_folder_is_a_folder(suffix, overwrite, tmp_path, capsys):
-    source, target = write(tmp_path / "a", LINE), tmp_path / "out" / f"b{suffix}"
-    target.parent.mkdir()
-    assert resolve(source, target, *overwrite) == 2
-    assert_refused(capsys, target, target, "must be the name of a folder, as the input is one")
-
-
 def link(path, to):
     path.symlink_to(to)
     return path

@@ -1,5 +1,6 @@
 """Block by block: memory does not grow with the file, and what is read ahead stays in order."""
 
+import contextlib
 import shutil
 import threading
 import time
@@ -55,6 +56,53 @@ def test_memory_does_not_grow_with_the_file(paths):
     # The larger files are of 320 MB (CSV 100 MB, Parquet 640), their outputs of half as much again.
     assert peaks[1] < peaks[0] + 150
     assert peaks[1] < 1024
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (".csv", ""),
+        *(pytest.param(*pair, marks=pytest.mark.campaign) for pair in (("", ".parquet"), (".arrow", ".csv.gz"))),
+        *(pytest.param(*pair, marks=pytest.mark.campaign) for pair in ((".parquet", ".tsv"), ("", ".arrows"))),
+    ],
+)
+def test_memory_does_not_grow_with_the_file_from_one_format_to_another(one, other, tmp_path):
+    peaks = []
+    sizes = {".csv": (200_000, 700_000), ".parquet": (3_000_000, 6_000_000)}
+    for n in sizes.get(one) or sizes.get(other) or (300_000, 2_000_000):
+        source = tmp_path / f"a{n}{one}"
+        big(source, n)
+        command = "resolve", source, "-o", tmp_path / f"b{n}{other}", "--quiet"
+        peaks.append(int(process.printed_by(PEAK, *command, timeout=300)))
+    assert peaks[1] < peaks[0] + 150
+    assert peaks[1] < 1024
+
+
+def test_memory_does_not_grow_with_what_comes_through_pipes(tmp_path):
+    peaks = []
+    for n in (200_000, 700_000):
+        big(tmp_path / "a.csv", n)
+        code = PEAK.replace("print(", "print(file=sys.stderr, *[").replace(" // 1024)", " // 1024])")
+        with (tmp_path / "a.csv").open("rb") as source, (tmp_path / "b.csv").open("wb") as target:
+            command = "resolve", "-", "--from", "csv", "-o", "-", "--quiet"
+            peaks.append(int(process.python(code, *command, stdin=source, stdout=target).stderr))
+        assert (tmp_path / "b.csv").stat().st_size > (tmp_path / "a.csv").stat().st_size
+    assert peaks[1] < peaks[0] + 150
+    assert peaks[1] < 1024
+
+
+def test_who_waits_is_told_that_no_more_is_wanted():
+    """Before the thread that waits is waited for."""
+    never = threading.Event()
+
+    def items():
+        yield 1
+        yield 2
+        assert never.wait(30)
+        yield 3
+
+    with contextlib.closing(stream.ahead(items(), never.set)) as coming:
+        assert next(coming) == 1
 
 
 def test_items_are_made_ahead_in_order_in_one_thread():
