@@ -119,7 +119,7 @@ def resolve(options: argparse.Namespace) -> None:
     source_format = _format_of_input(options.input, options.source)
     sink_format = _format_of_output(options.output, options.sink, source_format)
     if options.delimiter and not {source_format, sink_format} & _DELIMITED:
-        raise UsageError("--delimiter: neither INPUT nor OUTPUT is .csv text")
+        raise UsageError("--delimiter: neither INPUT nor OUTPUT is .csv text, unless --from csv or --to csv says so")
     target = _target(options.input, options.output, sink_format == FOLDER, options.overwrite)
     new_source, _ = _classes(options.input, source_format, options.delimiter)
     _, new_sink = _classes(options.output, sink_format, options.delimiter)

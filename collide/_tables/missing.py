@@ -7,7 +7,13 @@ import shlex
 from collections.abc import Mapping, Sequence
 
 _MOST = 12  # names that are listed
-_MARKS = {";": "';'", "\t": "tab", "|": "'|'", ",": "','"}  # that part names, and how a shell takes them
+# That part names, how they are called, and what to say to the command line.
+_MARKS = {
+    ";": ("';'", "--delimiter ';'"),
+    "\t": ("tab", "--delimiter tab"),
+    "|": ("'|'", "--delimiter '|'"),
+    ",": ("','", "--from csv"),
+}
 
 
 def parts_of(names: Sequence[str]) -> tuple[list[str], str]:
@@ -46,13 +52,14 @@ def what_is_there(names: Sequence[str], wanted: Mapping[str, str]) -> str:
 def _advice(parts: Sequence[str], mark: str, wanted: Mapping[str, str]) -> str:
     lines = "is the line of names missing above it?"
     if mark:
-        splits = f"{_MARKS[mark]} seems to part the names (--delimiter {_MARKS[mark]})"
+        called, option = _MARKS[mark]
+        splits = f"{called} seems to part the names ({option})"
         return f"{splits}; as they are numbers, {lines}" if are_numbers(parts) else splits
     if are_numbers(parts):
         return f"these are numbers; {lines}"
     near = nearly([*wanted.values()], parts)
-    called = {c: near[name] for c, name in wanted.items() if "," not in near.get(name, ",")}
-    option = ",".join(f"{c}={name}" for c, name in called.items()) or f"{next(iter(wanted))}=NAME"
+    others = {c: near[name] for c, name in wanted.items() if "," not in near.get(name, ",")}
+    option = ",".join(f"{c}={name}" for c, name in others.items()) or f"{next(iter(wanted))}=NAME"
     return f"`columns` says which is which (--columns {shlex.quote(option)})"
 
 

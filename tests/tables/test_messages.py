@@ -47,6 +47,14 @@ def test_another_mark_parts_the_names(refused):
     refused(text_of(SPACE, "|"), "(of the 3d form); ", "(--delimiter '|')", then=["--delimiter", "|"])
 
 
+def test_commas_where_tabs_are_meant(tmp_path, capsys):
+    source, target = tmp_path / "a.tsv", tmp_path / "b.npz"
+    source.write_text(text_of(LINE))
+    assert resolve(source, target) == 1
+    assert_refused(capsys, target, source, "(of the 1d form); ", "',' seems to part the names (--from csv)")
+    assert resolve(source, target, "--from", "csv") == 0
+
+
 def test_names_with_spaces_around_them(refused):
     said = "missing column m2, v1, v2 (of the 1d form); there are m1, ' m2', ' v1', ' v2': "
     names = "m2= m2,v1= v1,v2= v2"
