@@ -51,5 +51,5 @@ def test_the_examples_of_help_work(tmp_path, monkeypatch):
         assert command == "collide"
         assert status(*arguments) == 0
     assert ran == ["demo"]
-    after = read(tmp_path / "after.csv")
+    after = read(tmp_path / "after.parquet")
     assert after["u1"].to_numpy().tolist() == collide.resolve_1d(**LINE).u1.tolist()

@@ -55,6 +55,6 @@ def read(path: Path) -> dict[str, Any]:
         with np.load(path, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
     if suffix == "":
-        return tables.read(path)
+        return dict(tables.read(path))
     table = pa.ipc.open_file(path).read_all() if suffix == ".feather" else tables.read(path)
     return {name: table[name].to_numpy() for name in table.column_names}

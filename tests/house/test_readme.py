@@ -1,6 +1,7 @@
 """Every code block of the README runs as printed, and every example in a docstring gives what it says."""
 
 import doctest
+import gzip
 import importlib
 import operator
 import pkgutil
@@ -85,12 +86,14 @@ def test_shell(text, tmp_path):
     (tmp_path / "pairs").mkdir()
     for name, column in columns.items():
         np.save(tmp_path / "pairs" / f"{name}.npy", column)
-    pa.csv.write_csv(pa.table(columns), tmp_path / "pairs.csv")
+    pa.csv.write_csv(pa.table(columns), tmp_path / "pairs.csv", pa.csv.WriteOptions(delimiter=";"))
+    with gzip.open(tmp_path / "pairs.tsv.gz", "wb") as file:
+        pa.csv.write_csv(pa.table(columns), file, pa.csv.WriteOptions(delimiter="\t"))
     renamed = {{"m1": "mass_a", "m2": "mass_b"}.get(k, k): column for k, column in columns.items()}
     pq.write_table(pa.table(renamed), tmp_path / "pairs.parquet")
     for line in text.splitlines():
         if line not in KNOWN:
-            command = re.sub(r"^(python -m collide|collide)\b", f"{sys.executable} -m collide", line)
+            command = re.sub(r"(^|\| )collide\b", rf"\1{sys.executable} -m collide", line)
             done = process.run("sh", "-c", command, cwd=tmp_path)
             assert done.returncode == 0, done.stderr
 
