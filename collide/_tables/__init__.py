@@ -4,7 +4,8 @@ by_name.py          which columns are meant
 missing.py          what is said where they are not there
 stream.py           the way of a table: read, resolved, written at the same time, block by block
 formats.py          the table of formats: an entry each
-numpy_files.py, parquet_files.py, ipc_files.py, csv_files.py    what reads and writes them
+npy_folders.py, npz_files.py, parquet_files.py, ipc_files.py, csv_files.py    what reads and writes them
+numpy_files.py      what the formats of NumPy share
 arrow_files.py      what the formats of pyarrow share
 conversion.py       columns of NumPy's as Arrow holds them, and the other way round
 standard.py         standard input and output

@@ -39,8 +39,8 @@ _GZIP: Mapping[str, Any] = {"compressed": True}
 # By the ends of the names of files, but for folders.
 FOLDER = "npy"
 FORMATS = {
-    FOLDER: Format("a folder of .npy files, one a column", "numpy_files", "Folder", "FolderSink"),
-    "npz": Format("NumPy's archives; in memory as a whole", "numpy_files", "Archive", "ArchiveSink", b"PK"),
+    FOLDER: Format("a folder of .npy files, one a column", "npy_folders", "Folder", "FolderSink"),
+    "npz": Format("NumPy's archives; in memory as a whole", "npz_files", "Archive", "ArchiveSink", b"PK"),
     "parquet": Format("Parquet", "parquet_files", "Parquet", "ParquetSink", b"PAR1"),
     "arrow": _ARROW,
     "arrows": Format("Arrow's format for streams", "ipc_files", "IpcStream", "IpcStreamSink", b"\xff" * 4, True),

@@ -46,7 +46,7 @@ ORDER = """
     batch  contacts  _tables.stream  _tables.arrow_batches
     _tables.conversion
     arrow  _tables.numpy_files  _tables.arrow_files  dask
-    _tables.parquet_files  _tables.ipc_files  _tables.csv_files  _tables.formats
+    _tables.npy_folders  _tables.npz_files  _tables.parquet_files  _tables.ipc_files  _tables.csv_files  _tables.formats
     __init__  _cli.kernels  _cli.messages
     _cli.demo  _cli.bench  _cli.resolve
     __main__

@@ -9,7 +9,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from collide._tables import arrow_files, numpy_files, parquet_files, stream
+from collide._tables import arrow_files, npy_folders, parquet_files, stream
 from tests.helpers import process
 from tests.helpers.tables import FEW, LINE, assert_refused, resolve, write
 
@@ -97,7 +97,7 @@ def test_a_column_that_does_not_collide_and_changes_while_it_is_copied(n_bytes, 
             os.truncate(source / "other.npy", n_bytes)
         return n
 
-    monkeypatch.setattr(numpy_files, "size", changing)
+    monkeypatch.setattr(npy_folders, "size", changing)
     assert resolve(source, target) == 1
     assert_refused(capsys, target, source, "column other: the file has changed while it was read, from 10,000 to")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import collide
-from collide._tables import numpy_files
+from collide._tables import npy_folders
 from collide._tables.by_name import TableError
 from tests.helpers.tables import (
     LINE,
@@ -22,7 +22,7 @@ def test_a_column_whose_name_is_anothers_to_the_system_is_an_error(tmp_path):
     """V1.npy is v1.npy to Windows and, as a rule, to macOS."""
     (tmp_path / "v1.npy").write_text("another column")
     with pytest.raises(TableError, match="column v1: there is one whose name is the same to this system"):
-        numpy_files._created(tmp_path, "v1")
+        npy_folders._created(tmp_path, "v1")
     assert (tmp_path / "v1.npy").read_text() == "another column"
 
 

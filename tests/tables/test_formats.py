@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import collide
-from collide._tables import arrow_files, csv_files, numpy_files, parquet_files
+from collide._tables import arrow_files, csv_files, npy_folders, npz_files, parquet_files
 from tests.helpers import any_format, npz, process
 from tests.helpers.any_format import ALL, ARROW, NUMPY, TEXT
 from tests.helpers.tables import FOREIGN, LINE, PLANE, N, assert_one_line, assert_refused, read, resolve, write
@@ -110,9 +110,9 @@ def test_what_a_format_cannot_hold_is_named(column, targets, tmp_path, out, caps
 
 
 def test_nothing_is_written_before_what_cannot_be_held_is_said(tmp_path, out, monkeypatch):
-    for module in (arrow_files, csv_files, numpy_files):
+    for module in (arrow_files, csv_files, npz_files):
         monkeypatch.delattr(module, "created")
-    monkeypatch.delattr(numpy_files, "_created")
+    monkeypatch.delattr(npy_folders, "_created")
     source = write(tmp_path / "a.parquet", pa.table({**LINE, "tags": FOREIGN["tags"]}))
     for target in ("b", "b.npz", "b.csv", "b.tsv.gz"):
         assert resolve(source, out / target) == 1
