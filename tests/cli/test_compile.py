@@ -119,13 +119,6 @@ def test_a_second_run_compiles_nothing(filled):
     assert kept_in(filled) == before
 
 
-@pytest.mark.campaign
-def test_in_an_empty_folder_all_are_compiled(tmp_path, filled):
-    count, compiled, place = said(run(tmp_path, "-m", "collide", "compile"))
-    assert (count, place) == (compiled, str(tmp_path / "collide"))
-    assert set(kept_in(tmp_path)) == set(kept_in(filled))
-
-
 # Kernels that take no time to compile
 
 
