@@ -93,7 +93,9 @@ __all__ = [
 
 for _name in filter(lambda name: inspect.isfunction(globals()[name]), __all__):
     _one = (
-        f"collide.scalar.{_name} takes one pair there, of numbers" if hasattr(scalar, _name) else "call it from Python"
+        f"collide.scalar.{_name} takes one pair there, of numbers"
+        if hasattr(scalar, _name)
+        else "call it from Python; collide.scalar has the formulas of one pair"
     )
     _options.only_outside(globals()[_name], _one)
 

@@ -50,7 +50,8 @@ def find_contacts(
         does, and of a ball's images the nearest counts, |dx| or Lx - |dx|. Each side has to be at least twice the
         longest distance 2 r + margin at which balls may touch. A side of None is open: (Lx, None) is a channel along x.
     margin : float, optional
-        Finite and >= 0.
+        Finite and >= 0. A list with a margin serves until some ball has moved half of it; `resolve_contacts` then needs
+        its `radius`, or it lets balls collide that are only near.
 
     Returns
     -------
@@ -70,9 +71,9 @@ def find_contacts(
 
     Notes
     -----
-    Balls are sorted into cells: the time grows with the balls and the contacts, but where large balls lie over dense
-    spots, far apart from each other, of much smaller ones. Besides the list, up to 100 bytes a ball are needed for a
-    while, and 8 more for each column that is not contiguous float64.
+    Balls are sorted into cells: the time grows as the number of balls and contacts, unless a few large balls cover
+    dense clusters of much smaller ones. Besides the list, up to 100 bytes a ball are needed for a while, and 8 more
+    for each column that is not contiguous float64.
 
     The first call compiles, which takes some 2 to 7 seconds, and keeps the kernel on disk: in the folder
     NUMBA_CACHE_DIR if that is set, else beside the package, else among the user's caches. ``collide compile`` makes all

@@ -37,13 +37,18 @@ def add_to(commands: Any) -> None:
         "input", metavar="INPUT", type=_place, help="a file, a folder of .npy files, or - for standard input"
     )
     parser.add_argument(
-        "-o", "--output", metavar="OUTPUT", type=_place, required=True, help="the same; - for standard output"
+        "-o", "--output", metavar="OUTPUT", type=_place, required=True, help="a file or a folder; - for standard output"
     )
     parser.add_argument("--overwrite", action="store_true", help="replace OUTPUT if it is there")
     files = parser.add_argument_group("formats")
     names = {"metavar": "FORMAT", "choices": tuple(FORMATS)}
     files.add_argument("--from", dest="source", **names, help="of INPUT; default: by the end of its name")
-    files.add_argument("--to", dest="sink", **names, help="of OUTPUT; default: by the end of its name, or as INPUT")
+    files.add_argument(
+        "--to",
+        dest="sink",
+        **names,
+        help="of OUTPUT; default: by the end of its name, a folder if it has none; of - as INPUT",
+    )
     files.add_argument(
         "--delimiter",
         metavar="MARK",
@@ -81,6 +86,7 @@ formats, which the end of a name tells; INPUT and OUTPUT may have different ones
 All but npz may be larger than memory. {_STREAMS} go through - as well.
 Other columns are kept. Those of CSV text stay as they stand, and are strings in
 other formats; decimal commas are not taken. What a format cannot hold is an error.
+Rows are counted from 0 in what is said of them; the line in a file is said as well.
 
 forms, which the names of the columns choose; a column restitution is optional:
 {all_forms}
@@ -279,5 +285,9 @@ def _sentence(report: stream.Report) -> str:
     return (
         f"{by_name.counted(kept.n_pairs, 'pair')}, {report.n_invalid:,} of them invalid; "
         f"relative change of total momentum {kept.momentum:.1e}, of total energy {kept.energy:.1e}"
-        + (f" ({by_name.counted(left_out, 'pair')} without a finite energy not counted)" if left_out else "")
+        + (
+            f" ({by_name.counted(left_out, 'pair')}, invalid or without a finite energy, not counted)"
+            if left_out
+            else ""
+        )
     )

@@ -51,9 +51,7 @@ class Options(NamedTuple):
 
 def cannot_hold(name: str, what: str, target: str) -> ColumnTypeError:
     """Of a column that a format has no place for."""
-    return ColumnTypeError(
-        f"column {name}: {what}, which {target} cannot hold: choose another format, or take the column out"
-    )
+    return ColumnTypeError(f"column {name}: {what}, which {target} cannot hold: choose another format (--to)")
 
 
 def options(restitution: Any, approaching_only: bool, invalid: str) -> Options:

@@ -45,7 +45,9 @@ class Csv(ArrowFile):
             first = self._first()
             if len(first) <= _TEXT_BYTES:
                 self._all = first
-            self.names = list(self._open(pa.BufferReader(_ended(self._top(first)))).schema.names)
+            # Not by a reader of blocks, which reads ahead: where the process ends meanwhile, it aborts now and then.
+            top = pa.BufferReader(_ended(self._top(first)))
+            self.names = list(pa.csv.read_csv(top, *self._options(use_threads=False)).column_names)
         except UNREADABLE as error:
             raise self._located(error, 0) from None
 
@@ -79,8 +81,10 @@ class Csv(ArrowFile):
         return self._stream() if self._all is None else pa.BufferReader(_ended(self._all))
 
     def _open(self, text: Any, use_threads: bool = True) -> Any:
-        return pa.csv.open_csv(
-            text,
+        return pa.csv.open_csv(text, *self._options(use_threads))
+
+    def _options(self, use_threads: bool) -> tuple[Any, Any, Any]:
+        return (
             pa.csv.ReadOptions(use_threads=use_threads, block_size=_TEXT_BYTES),
             pa.csv.ParseOptions(delimiter=self._delimiter, newlines_in_values=True),
             pa.csv.ConvertOptions(column_types=dict.fromkeys(self.names, pa.string())),

@@ -12,7 +12,8 @@ _MARKS = {
     ";": ("';'", "--delimiter ';'"),
     "\t": ("tab", "--delimiter tab"),
     "|": ("'|'", "--delimiter '|'"),
-    ",": ("','", "--from csv"),
+    ",": ("','", "--from csv, without --delimiter"),
+    " ": ("' '", "--delimiter ' '"),
 }
 
 
@@ -31,13 +32,13 @@ def are_numbers(names: Sequence[str]) -> bool:
 
 
 def nearly(wanted: Sequence[str], names: Sequence[str]) -> dict[str, str]:
-    """Of the wanted names, those that are there with spaces or quotes around them, or in other letters."""
+    """Of the wanted names, those that are there with spaces, quotes or # around them, or in other letters."""
     there = {_plain(name): name for name in names}
     return {name: there[_plain(name)] for name in wanted if _plain(name) in there}
 
 
 def _plain(name: str) -> str:
-    return name.strip(" \t\"'").casefold()
+    return name.strip(" \t\"'#").casefold()
 
 
 def what_is_there(names: Sequence[str], wanted: Mapping[str, str]) -> str:

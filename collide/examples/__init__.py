@@ -9,3 +9,9 @@
 
 What they share: neighbours.py, the disks of the first four, and pictures.py.
 """
+
+from importlib.util import find_spec
+
+for _name in ("matplotlib", "tqdm"):
+    if find_spec(_name) is None:
+        raise ModuleNotFoundError(f"collide.examples needs {_name}: pip install matplotlib tqdm", name=_name)

@@ -133,6 +133,7 @@ def test_batch_functions_in_compiled_code_name_the_scalar_ones():
     ):
         resolve(v)
     with pytest.raises(
-        numba.TypingError, match=r"find_contacts cannot be called in compiled code: call it from Python"
+        numba.TypingError,
+        match=r"find_contacts cannot be called in compiled code: call it from Python; collide.scalar has",
     ):
         find(v)

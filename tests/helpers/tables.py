@@ -41,7 +41,7 @@ def assert_one_line(capsys: pytest.CaptureFixture[str], *words: object) -> None:
     assert len(captured.err.splitlines()) == 1, captured.err
     assert captured.err.startswith("collide: ")
     for word in words:
-        assert str(word) in captured.err
+        assert str(word) in captured.err, captured.err
 
 
 FORMATS = (".parquet", ".arrow", ".arrows", ".csv", "")

@@ -21,6 +21,14 @@ def test_each_is_short(path):
     assert len(path.read_text().splitlines()) < 100
 
 
+@pytest.mark.parametrize("missing", ["matplotlib", "tqdm"])
+def test_what_they_need_is_said(missing):
+    code = f"import runpy, sys; sys.modules[{missing!r}] = None; runpy.run_module('collide.examples.wake')"
+    done = process.python(code)
+    assert done.returncode == 1
+    assert f"collide.examples needs {missing}: pip install matplotlib tqdm" in done.stderr
+
+
 @pytest.mark.parametrize("case", [case for case in cases("count") if case.id.startswith("galperin")])
 def test_galperin_counts_what_was_published(case):
     count = galperin.collisions(float(case["inputs"]["M_big"]), np.empty((1, 2)))

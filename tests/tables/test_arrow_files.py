@@ -80,7 +80,7 @@ def test_one_is_no_plural(tmp_path, capsys):
     assert resolve(tmp_path / "c.parquet", tmp_path / "d.parquet") == 0
     said = capsys.readouterr().out
     assert said.startswith("1 pair, 0 of them invalid; ")
-    assert said.endswith(" (1 pair without a finite energy not counted)\n")
+    assert said.endswith(" (1 pair, invalid or without a finite energy, not counted)\n")
     write(tmp_path / "e", {**LINE, "v1": np.ones(1)})
     assert resolve(tmp_path / "e", tmp_path / "f") == 1
     assert_one_line(capsys, "column v1: has 1 row where m1 has 1,000; they part at row 1")

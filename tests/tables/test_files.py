@@ -209,7 +209,7 @@ def test_invalid_pairs_are_written_and_counted_on_request(rule, paths, capsys):
 def test_walls_are_left_out_of_the_report(tmp_path, capsys):
     source = write(tmp_path / "a.arrow", {**LINE, "m2": np.where(np.arange(N) < 10, np.inf, LINE["m2"])})
     assert resolve(source, tmp_path / "b.arrow") == 0
-    assert capsys.readouterr().out.endswith(" (10 pairs without a finite energy not counted)\n")
+    assert capsys.readouterr().out.endswith(" (10 pairs, invalid or without a finite energy, not counted)\n")
 
 
 def test_an_input_of_no_known_format(tmp_path, capsys):
@@ -239,7 +239,7 @@ def test_energies_beyond_float64_do_not_stop_the_report(tmp_path, capsys):
     v = 1e153 * RNG.uniform(0.5, 1.0, N)
     source = write(tmp_path / "a", {"m1": np.ones(N), "m2": np.ones(N), "v1": v, "v2": -v})
     assert resolve(source, tmp_path / "b") == 0
-    assert "(1,000 pairs without a finite energy not counted)" in capsys.readouterr().out
+    assert "(1,000 pairs, invalid or without a finite energy, not counted)" in capsys.readouterr().out
 
 
 def test_two_members_of_one_name(tmp_path, capsys):

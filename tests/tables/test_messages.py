@@ -52,7 +52,9 @@ def test_commas_where_tabs_are_meant(tmp_path, capsys):
     source, target = tmp_path / "a.tsv", tmp_path / "b.npz"
     source.write_text(text_of(LINE))
     assert resolve(source, target) == 1
-    assert_refused(capsys, target, source, "(of the 1d form); ", "',' seems to part the names (--from csv)")
+    assert_refused(
+        capsys, target, source, "(of the 1d form); ", "',' seems to part the names (--from csv, without --delimiter)"
+    )
     assert resolve(source, target, "--from", "csv") == 0
 
 
