@@ -99,8 +99,8 @@ def summary(data: Data) -> Lines:
     searches = {(i["rival"], i["search"], i["space"]): ratio(i) for i in infos(data, "search")}
     lines = [
         *wrapped(
-            "The last three columns are the time of others divided by collide's, on as many threads; below 1 the other "
-            "is faster. The memory limit is a kernel that only moves the same bytes."
+            "The last three columns are the time of others divided by collide's; below 1 the other is faster. NumPy "
+            "has one thread, the others as many. The memory limit is a kernel that only moves the same bytes."
         ),
         *table(head, rows),
     ]

@@ -8,6 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-Number = float | np.number[Any]
+Number = float | np.floating[Any] | np.integer[Any] | np.bool_
 Invalid = Literal["raise", "keep", "nan"]
 InvalidTime = Literal["raise", "nan"]  # of a time of impact, which has nothing to keep

@@ -1,8 +1,8 @@
 """The functions for ONE pair; their formulas are in _formulas/.
 
-Every function runs as plain Python on numbers, and on NumPy arrays by NumPy's own operations, compiles inside anyone's
-`@njit` code, and is what the batch functions run. Masses m1 and m2, velocities v before and u after, e the coefficient
-of restitution.
+Every function takes numbers, runs as plain Python, compiles inside anyone's `@njit` code, and is what the batch
+functions run. (On NumPy arrays it runs by NumPy's own operations, which tests use; types do not tell of it.) Masses m1
+and m2, velocities v before and u after, e the coefficient of restitution.
 
     in 1D       ball 1 is on the left: the pair approaches when v1 > v2
     in 2D, 3D   n, of any length but 0, points from ball 1 to ball 2: it approaches when (v1 - v2).n > 0

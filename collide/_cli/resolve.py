@@ -221,6 +221,8 @@ def _target(
     if target is STANDARD:
         if sys.stdout is None:
             raise UsageError("standard output: is closed")
+        if source is not STANDARD and source.is_file() and _is_standard_output(source):
+            raise UsageError("standard output: is the input: OUTPUT must be something else")
         return standard.output()
     try:
         real = target.resolve()
@@ -254,6 +256,13 @@ def _check_apart(source: Path, target: Path, real: Path) -> None:
         raise UsageError(f"{source}: {reason(error)}") from None
     if target.is_dir() and any(_lies_in(part, real) for part in parts):
         raise UsageError(f"{target}: the input lies in it: OUTPUT must be somewhere else")
+
+
+def _is_standard_output(path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(sys.stdout.fileno()), path.stat())
+    except OSError:  # as of what stands for it in tests
+        return False
 
 
 def _lies_in(path: Path, folder: Path) -> bool:

@@ -57,6 +57,13 @@ def _to_arrow(name: str, rows: Array, kind: Any, start: int) -> Any:
     rows = np.ascontiguousarray(rows, rows.dtype.newbyteorder("="))
     if rows.dtype.kind in "iuf":
         return from_numpy(rows)
+    if pa.types.is_date32(kind):
+        days = rows.view(np.int64)
+        (beyond,) = np.nonzero((days != _NAT) & (days != days.astype(np.int32)))  # which pyarrow writes as other dates
+        for row in beyond[:1] + start:
+            raise TableError(
+                f"column {name}: row {row}: is a date that {kind} cannot hold: choose another format", int(row)
+            )
     try:
         return pa.array(rows, kind)
     except (pa.ArrowException, UnicodeError) as error:

@@ -252,7 +252,15 @@ def _as_text(column: Any) -> Any:
 def _foreign(column: Any, name: str, start: int) -> Any:
     """The texts of what is in a column; no value is no text."""
     try:
-        return pc.fill_null(_as_text(column), "")
+        text = pc.fill_null(_as_text(column), "")
+        if pa.types.is_temporal(column.type):  # what no calendar has is no text either, but a remark of pyarrow's
+            beyond = pc.index(pc.starts_with(text, "<value out of range"), True).as_py()
+            if beyond >= 0:
+                row = start + beyond
+                raise TableError(
+                    f"column {name}: row {row}: is a time that CSV text cannot hold: choose another format", row
+                )
+        return text
     except pa.ArrowInvalid as error:
         where = f"column {name}: rows {start} to {start + len(column) - 1}"
         raise TableError(f"{where}: cannot be written as CSV text ({why(error)})") from None

@@ -55,7 +55,7 @@ FORMATS = {
 def by_suffix(path: Path) -> str | None:
     """The format that the end of a file's name tells of."""
     ends = ("".join(path.suffixes[-2:]), path.suffix)
-    return next((end[1:].lower() for end in ends if end[1:].lower() in FORMATS and end != f".{FOLDER}"), None)
+    return next((end[1:].lower() for end in ends if end[1:].lower() in FORMATS and end.lower() != f".{FOLDER}"), None)
 
 
 def explained(error: TableError, path: Path, name: str) -> TableError:

@@ -72,7 +72,9 @@ class IpcStream(Ipc):
         return self._reader
 
     def _all(self, reader: Any) -> Iterator[Any]:
-        return iter(reader)
+        yield from reader
+        if self._file.read(1):
+            raise TableError("after the end of the stream there is more, which may be another one: give one at a time")
 
 
 class IpcSink(ArrowSink):

@@ -13,9 +13,8 @@ import numpy as np
 from .._system import renaming
 from .._system.messages import reason
 from .._typing import Array
-from . import stream
 from .by_name import Columns, TableError, cannot_hold
-from .numpy_files import UNREADABLE, NumpySource, is_by_rows, n_rows_of, why
+from .numpy_files import UNREADABLE, NumpySource, is_by_rows, n_rows_of, rows_of_a_block, why
 from .standard import Place
 from .stream import Block, NumpyTable, Sink, Source, Whole, Write, check_size, size
 
@@ -55,8 +54,9 @@ class Folder(NumpySource):
     def blocks(self) -> Iterator[Block]:
         if self.n_rows is None:
             yield Block(0, 1, self._single, {})
-        for start in range(0, self.n_rows or 0, stream.ROWS):
-            n_rows = min(stream.ROWS, (self.n_rows or 0) - start)
+        at_once = rows_of_a_block(c.shaped.dtype for c in (*self._columns.values(), *self._others.values()))
+        for start in range(0, self.n_rows or 0, at_once):
+            n_rows = min(at_once, (self.n_rows or 0) - start)
             rows = {argument: c.read(start, (n_rows,)) for argument, c in self._columns.items() if c.shaped.ndim}
             others = {name: column.read(start, (n_rows,)) for name, column in self._others.items()}
             yield Block(start, n_rows, {**self._single, **rows}, others)

@@ -13,9 +13,8 @@ import numpy as np
 
 from .._system.messages import reason
 from .._typing import Array
-from . import stream
 from .by_name import Columns, TableError
-from .numpy_files import UNREADABLE, NumpySource, is_by_rows, n_rows_of, why
+from .numpy_files import UNREADABLE, NumpySource, is_by_rows, n_rows_of, rows_of_a_block, why
 from .standard import Place, created
 from .stream import ArrowTable, Block, NumpyTable, Sink, Source, Whole, Write
 
@@ -77,7 +76,8 @@ class Archive(NumpySource):
         return NumpyTable({name: column.dtype for name, column in rows.items()}, others, of)
 
     def as_arrow(self, target: str) -> ArrowTable:
-        self._at_once = stream.ROWS  # what Arrow makes of all rows at once would be in memory twice
+        # What Arrow makes of all rows at once would be in memory twice.
+        self._at_once = rows_of_a_block(column.dtype for column in self._table.values())
         return super().as_arrow(target)
 
 
@@ -86,6 +86,9 @@ class ArchiveSink(Sink):
 
     def __init__(self, source: Source, outputs: dict[str, Array]) -> None:
         self._names, self._outputs = source.names, outputs
+        for name in (*source.names, *outputs):
+            if "\0" in name:
+                raise TableError(f"column {name!r}: has a NUL in its name, where an .npz file ends it")
         self._table = source.as_numpy("an .npz file")
 
     @contextlib.contextmanager

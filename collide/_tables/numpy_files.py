@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
 
 from .._typing import Array
+from . import stream
 from .by_name import Columns, ColumnTypeError, TableError, counted
 from .stream import ArrowTable, Source
 
@@ -21,6 +25,13 @@ UNREADABLE = (
     zipfile.BadZipFile,
     zlib.error,
 )
+
+
+_BLOCK_BYTES = 1 << 24  # where rows are long, a block has fewer of them
+
+
+def rows_of_a_block(dtypes: Iterable[np.dtype[Any]]) -> int:
+    return max(1, min(stream.ROWS, _BLOCK_BYTES // max(1, sum(dtype.itemsize for dtype in dtypes))))
 
 
 class NumpySource(Source):

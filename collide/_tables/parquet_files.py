@@ -100,6 +100,10 @@ class ParquetSink(ArrowSink):
             self._size = operator.methodcaller("get_total_buffer_size")
         else:
             for field in self._table.schema:
+                if self._table.schema.names.count(field.name) > 1:
+                    raise TableError(
+                        f"column {field.name}: there are several of that name, which Parquet's readers refuse"
+                    )
                 _check_type(field)
             texts = [field.name for field in self._table.schema if is_text(field.type)]
             self._ends, self._how = set(), {"use_dictionary": texts, "max_rows_per_page": stream.ROWS}

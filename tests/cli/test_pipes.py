@@ -283,3 +283,13 @@ def test_pyarrow_reads_from_it(pipe):
     writer.write(any_format.as_text({name: column[:100] for name, column in LINE.items()}))
     writer.close()
     assert pa.csv.read_csv(pa.PythonFile(reader, "r")).num_rows == 100
+
+
+def test_the_input_is_no_output(tmp_path):
+    source = any_format.write(tmp_path / "a.csv", LINE)
+    before = source.read_bytes()
+    with source.open("ab") as file:
+        done = process.run(sys.executable, "-m", "collide", "resolve", source, "-o", "-", stdout=file)
+    assert done.returncode == 2
+    assert "standard output: is the input" in done.stderr
+    assert source.read_bytes() == before

@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import collide
-from collide._tables import arrow_files, csv_files, npy_folders, npz_files, parquet_files
+from collide._tables import arrow_files, by_name, csv_files, npy_folders, npz_files, numpy_files, parquet_files
 from tests.helpers import any_format, npz, process
 from tests.helpers.any_format import ALL, ARROW, NUMPY, TEXT
 from tests.helpers.tables import FOREIGN, LINE, PLANE, N, assert_one_line, assert_refused, read, resolve, write
@@ -413,3 +413,63 @@ def test_text_that_is_not_compressed(tmp_path, out, capsys):
     any_format.write(tmp_path / "a.csv", LINE).rename(tmp_path / "a.csv.gz")
     assert resolve(tmp_path / "a.csv.gz", out / "b.csv") == 1
     assert_refused(capsys, out / "b.csv", "is no .csv.gz file: --from")
+
+
+def test_dates_that_arrow_cannot_hold(tmp_path, out, capsys):
+    days = np.zeros(N, np.int64)
+    days[3], days[7] = np.iinfo(np.int64).min, 2**40
+    source = any_format.write(tmp_path / "a.npz", {**LINE, "day": days.view("M8[D]")})
+    for target in ("b.parquet", "b.arrow", "b.csv"):
+        assert resolve(source, out / target) == 1
+        assert_refused(capsys, out / target, source, "column day: row 7: is a date that date32[day] cannot hold")
+    days[7] = 2**31 - 1
+    source = any_format.write(tmp_path / "c.npz", {**LINE, "day": days.view("M8[D]")})
+    assert resolve(source, out / "c.parquet") == 0
+    assert pq.read_table(out / "c.parquet")["day"].cast(pa.int32()).to_pylist() == [*days[:3], None, *days[4:]]
+
+
+def test_times_that_no_calendar_has(tmp_path, out, capsys):
+    times = pa.array([0, None, 2**40] + [0] * (N - 3), pa.timestamp("s"))
+    source = write(tmp_path / "a.parquet", pa.table({**LINE, "at": times}))
+    assert resolve(source, out / "b.csv") == 1
+    assert_refused(capsys, out / "b.csv", source, "column at: row 2: is a time that CSV text cannot hold")
+    assert resolve(source, out / "b.npz") == 0
+
+
+@pytest.mark.parametrize("more", [b"x", None], ids=["a byte", "a stream"])
+def test_nothing_comes_after_a_stream(more, tmp_path, out, capsys):
+    source = any_format.write(tmp_path / "a.arrows", LINE)
+    source.write_bytes(source.read_bytes() + (more or source.read_bytes()))
+    assert resolve(source, out / "b.arrows") == 1
+    assert_refused(capsys, out / "b.arrows", source, "after the end of the stream there is more")
+
+
+def test_names_that_an_archive_would_cut(tmp_path, out, capsys):
+    source = write(tmp_path / "a.parquet", pa.table({**LINE, "x\0y": LINE["m1"]}))
+    assert resolve(source, out / "b.npz") == 1
+    assert_refused(capsys, out / "b.npz", source, "has a NUL in its name")
+
+
+def test_two_columns_of_one_name_are_not_for_parquet(tmp_path, out, capsys):
+    source = tmp_path / "a.csv"
+    source.write_text("m1,m2,v1,v2,x,x\n1,1,3,0,a,b\n")
+    assert resolve(source, out / "b.csv") == 0
+    capsys.readouterr()
+    assert resolve(source, out / "b.parquet") == 1
+    assert_refused(capsys, out / "b.parquet", source, "column x: there are several of that name")
+
+
+@pytest.mark.parametrize("suffix", ["", ".npz"])
+def test_a_block_of_long_rows_has_fewer(suffix, tmp_path, out, monkeypatch):
+    columns = {**LINE, "text": np.full(N, "x" * 1000)}
+    source = any_format.write(tmp_path / f"a{suffix}", columns)
+    monkeypatch.setattr(numpy_files, "_BLOCK_BYTES", 40_000)
+    sizes = []
+    run = by_name.results_of
+    monkeypatch.setattr(
+        by_name, "results_of", lambda c, arrays, o: sizes.append(len(arrays["v1"])) or run(c, arrays, o)
+    )
+    assert resolve(source, out / "b.parquet") == 0
+    assert max(sizes) == 40_000 // (4 * 1000 + 4 * 8)
+    assert sum(sizes) == N
+    assert pq.read_table(out / "b.parquet")["text"].to_pylist() == ["x" * 1000] * N
