@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+# Long by its docstrings, which stand in full where editors look for them: the work is in _pairs.
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from numpy.typing import ArrayLike

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+# Long by its docstrings, which stand in full where editors look for them: the work is in _contacts.
 import math
 import reprlib
 from functools import partial

@@ -17,24 +17,18 @@ chunk. `invalid` and all the rest are as documented there.
 
 from __future__ import annotations
 
-import itertools
-import math
-from collections.abc import Sequence
+# Long by its docstrings, which stand in full where editors look for them: the work is in _pairs/chunks.py.
 from typing import Any
 
 try:
-    import dask
     import dask.array as da
 except ModuleNotFoundError:
     raise ModuleNotFoundError("collide.dask needs dask: pip install 'dask[array]'", name="dask") from None
-import numpy as np
 
 from . import batch
-from ._pairs import arguments, execution, vectors
-from ._pairs.forms import FORMS
-from ._system import threads
+from ._pairs import vectors
+from ._pairs.chunks import as_dask, lazily
 from ._typing import Invalid, InvalidTime
-from .errors import InvalidPairError
 
 __all__ = [
     "impulse_2d",
@@ -113,7 +107,7 @@ def resolve_1d(
     >>> [u.compute() for u in collide.dask.resolve_1d(0.5, 3.5, v1, 0.0)]
     [array([-3., -6.]), array([1., 2.])]
     """
-    return batch.Velocities1D(*_lazily("1d", (m1, m2, v1, v2, restitution), approaching_only, invalid))
+    return batch.Velocities1D(*lazily("1d", (m1, m2, v1, v2, restitution), approaching_only, invalid))
 
 
 def resolve_2d(
@@ -184,7 +178,7 @@ def resolve_2d(
     array([0.5, 1. , 1.5])
     """
     inputs = m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution
-    return batch.Velocities2D(*_lazily("2d", inputs, approaching_only, invalid))
+    return batch.Velocities2D(*lazily("2d", inputs, approaching_only, invalid))
 
 
 def resolve_3d(
@@ -258,7 +252,7 @@ def resolve_3d(
     array([0.5, 1. , 1.5])
     """
     inputs = m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, nz, restitution
-    return batch.Velocities3D(*_lazily("3d", inputs, approaching_only, invalid))
+    return batch.Velocities3D(*lazily("3d", inputs, approaching_only, invalid))
 
 
 def resolve(
@@ -325,10 +319,10 @@ def resolve(
     array([[1., 1.],
            [2., 2.]])
     """
-    arrays = {name: _array(name, value) for name, value in (("v1", v1), ("v2", v2), ("n", n))}
+    arrays = {name: as_dask(name, value) for name, value in (("v1", v1), ("v2", v2), ("n", n))}
     d = vectors.length_of({name: () if array is None else array.shape for name, array in arrays.items()})
     inputs = m1, m2, *(array[..., k] for array in arrays.values() for k in range(d)), restitution
-    u = _lazily(vectors.FORMS[d].name, inputs, approaching_only, invalid)
+    u = lazily(vectors.FORMS[d].name, inputs, approaching_only, invalid)
     return batch.Velocities(*(da.stack(ball, axis=-1).rechunk({ball[0].ndim: -1}) for ball in (u[:d], u[d:])))
 
 
@@ -403,7 +397,7 @@ def resolve_polar(
     array([2., 1., 0.])
     """
     inputs = m1, m2, v1, theta1, v2, theta2, phi, restitution
-    return batch.Velocities2D(*_lazily("polar", inputs, approaching_only, invalid))
+    return batch.Velocities2D(*lazily("polar", inputs, approaching_only, invalid))
 
 
 def impulse_2d(
@@ -470,7 +464,7 @@ def impulse_2d(
     array([2., 2., 2.])
     """
     inputs = m1, m2, v1x, v1y, v2x, v2y, nx, ny, restitution
-    return _lazily("impulse_2d", inputs, approaching_only, invalid)[0]
+    return lazily("impulse_2d", inputs, approaching_only, invalid)[0]
 
 
 def impulse_3d(
@@ -540,7 +534,7 @@ def impulse_3d(
     array([2., 2., 2.])
     """
     inputs = m1, m2, v1x, v1y, v1z, v2x, v2y, v2z, nx, ny, nz, restitution
-    return _lazily("impulse_3d", inputs, approaching_only, invalid)[0]
+    return lazily("impulse_3d", inputs, approaching_only, invalid)[0]
 
 
 def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any, *, invalid: InvalidTime = "raise") -> da.Array:
@@ -591,7 +585,7 @@ def time_of_impact(dx: Any, dy: Any, dvx: Any, dvy: Any, distance: Any, *, inval
     >>> collide.dask.time_of_impact(da.from_array(np.array([3.0, 5.0])), 0.0, -1.0, 0.0, 1.0).compute()
     array([2., 4.])
     """
-    return _lazily("impact", (dx, dy, dvx, dvy, distance), False, invalid)[0]
+    return lazily("impact", (dx, dy, dvx, dvy, distance), False, invalid)[0]
 
 
 def time_of_impact_3d(
@@ -644,80 +638,4 @@ def time_of_impact_3d(
     >>> collide.dask.time_of_impact_3d(0.0, 0.0, da.from_array(np.array([3.0, 5.0])), 0.0, 0.0, -1.0, 1.0).compute()
     array([2., 4.])
     """
-    return _lazily("impact_3d", (dx, dy, dz, dvx, dvy, dvz, distance), False, invalid)[0]
-
-
-_MOST_DIMENSIONS = 64  # of NumPy's arrays; the results of a chunk lie in one array, which has one more
-
-
-def _lazily(form: str, inputs: Sequence[Any], approaching_only: Any, invalid: Any) -> list[Any]:
-    """The outputs: slices of one array of them all, each of whose chunks is a task."""
-    columns, outputs = FORMS[form].columns, FORMS[form].outputs
-    values = dict(zip(columns, inputs, strict=True))
-    arrays = {name: array for name, value in values.items() if (array := _array(name, value)) is not None}
-    for name, array in arrays.items():
-        if any(math.isnan(size) for sizes in array.chunks for size in sizes):
-            raise ValueError(f"{name} has chunks of unknown sizes: call its compute_chunk_sizes() first")
-    shape = arguments.broadcast_shape(list(arrays), list(arrays.values()))  # or an error that names them
-    if len(shape) >= _MOST_DIMENSIONS:
-        raise ValueError(f"arguments of {len(shape)} dimensions: must have fewer than {_MOST_DIMENSIONS}")
-    none = {**values, **{name: np.empty(0, array.dtype) for name, array in arrays.items()}}
-    like, _ = execution.attempt(FORMS[form], tuple(none.values()), approaching_only, invalid, None)
-    dtype = like[0].dtype
-    if not arrays:  # one number becomes an array: a NumPy scalar, if there is one, as that counts for the dtype
-        name = next((name for name, value in values.items() if type(value) not in arguments.WEAK), columns[0])
-        arrays = {name: da.asarray(arguments.as_array(name, values[name]))}
-    values.update(zip(arrays, da.broadcast_arrays(*arrays.values()), strict=True))
-    chunks = values[next(iter(arrays))].chunks
-    stacked = da.map_blocks(
-        _resolve_chunk,
-        *values.values(),
-        form=form,  # by its name: kernels stay where they have been compiled
-        dtypes=[arrays[name].dtype.str if name in arrays else None for name in columns],
-        result=dtype.str,
-        options=(approaching_only, invalid),
-        starts=[_starts(sizes) for sizes in chunks],
-        new_axis=0,
-        chunks=((len(outputs),), *chunks),
-        dtype=dtype,
-        meta=np.empty((0,) * (len(chunks) + 1), dtype),
-    )
-    return [stacked[k] for k in range(len(outputs))]
-
-
-def _array(name: str, value: Any) -> Any:
-    """A Dask array, or None for a number."""
-    if not dask.is_dask_collection(value):
-        value = arguments.as_array(name, value)
-        return da.asarray(value) if value.ndim else None
-    array = da.asarray(value)
-    arguments.as_array(name, array._meta)
-    return array
-
-
-def _starts(sizes: tuple[int, ...]) -> Sequence[int]:
-    """Where the chunks of an axis begin: in few bytes where they are even, as each task has it."""
-    even = len(set(sizes[:-1])) <= 1 and 0 < sizes[0] >= sizes[-1]
-    return range(0, sum(sizes), sizes[0]) if even else [0, *itertools.accumulate(sizes)]
-
-
-def _resolve_chunk(
-    *blocks: Any,
-    form: str,
-    dtypes: list[str | None],
-    result: str,
-    options: tuple[Any, Any],
-    starts: list[Sequence[int]],
-    block_id: tuple[int, ...],
-) -> Any:
-    """The outputs of a chunk, as one array."""
-    # A block may have another dtype than its array says.
-    inputs = tuple(b if kind is None else np.asarray(b, kind) for b, kind in zip(blocks, dtypes, strict=True))
-    shape = arguments.broadcast_shape(FORMS[form].columns, [*map(np.asarray, inputs)])
-    stacked = np.empty((len(FORMS[form].outputs), *shape), result)
-    with threads.alone():
-        _, error = execution.attempt(FORMS[form], inputs, *options, tuple(stacked[k, ...] for k in range(len(stacked))))
-    if error and options[1] == "raise":
-        index = (start[b] + i for start, b, i in zip(starts, block_id[1:], error.index, strict=True))
-        raise InvalidPairError(tuple(index), error.count, error.reason)
-    return stacked
+    return lazily("impact_3d", (dx, dy, dz, dvx, dvy, dvz, distance), False, invalid)[0]

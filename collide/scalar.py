@@ -21,6 +21,7 @@ kernel of yours with `cache=True`: it does not see that these formulas have chan
 
 from __future__ import annotations
 
+# Long by its docstrings, which stand in full where editors look for them: each function is a line.
 from ._compile.options import one_pair
 from ._formulas.collision import collision, impulse, in_polar_form, in_space, in_the_plane, on_a_line
 from ._formulas.impact import impact

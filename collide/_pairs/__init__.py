@@ -6,5 +6,6 @@ execution.py    a call, as the arguments lie or converted, on as many threads as
 arguments.py    what arguments must be, and the words for those that are not; errors.py has those for invalid pairs
 blocks.py       arrays that a kernel cannot take as they lie
 results.py      arrays that are given for the results
+chunks.py       a call over Dask arrays, a task a chunk
 vectors.py      vectors along the last axis of arrays
 """

@@ -102,7 +102,7 @@ def a_link(path):
 
 def of_another_user(path):
     if sys.platform == "win32":
-        pytest.skip("of what Windows lacks")
+        pytest.skip("Windows has no os.chown: files there are of no user that could be another")
     os.chown(path, 12345, -1)
 
 
@@ -147,7 +147,7 @@ def test_folder_in_a_kernels_place_stays_there(cache, loads):
 def test_kernels_of_root_are_for_all(cache, loads, monkeypatch):
     """And users do not replace each other's."""
     if sys.platform == "win32":
-        pytest.skip("of what Windows lacks")
+        pytest.skip("Windows has no os.geteuid: nobody is root there")
     monkeypatch.setattr(ownership, "owners", lambda: (os.geteuid(), os.geteuid()))
     assert not loads()
     monkeypatch.setattr(ownership, "owners", lambda: (54321, os.geteuid()))
@@ -173,7 +173,7 @@ def test_kernels_may_be_read_by_all_and_written_by_their_owner(mask, cache, load
 def test_nothing_is_kept_where_files_have_no_rights(cache, loads, monkeypatch):
     """It would never be read, and found anew in every process."""
     if sys.platform == "win32":
-        pytest.skip("of what Windows lacks")
+        pytest.skip("Windows has no os.fchmod: rights of files are not asked there")
     chmod = os.fchmod
     monkeypatch.setattr(os, "fchmod", lambda handle, mode: chmod(handle, 0o777))
     assert not loads()

@@ -149,7 +149,7 @@ def test_edit_under_a_running_process_leaves_no_stale_kernel(folder):
 
 def test_fifo_in_a_kernels_place_is_not_waited_for(filled_copy):
     if sys.platform == "win32":
-        pytest.skip("of what Windows lacks")
+        pytest.skip("Windows has no os.mkfifo: no file there is a pipe")
     (path,) = kernels(filled_copy / "kernels")
     path.unlink()
     os.mkfifo(path)

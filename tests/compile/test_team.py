@@ -245,7 +245,7 @@ def test_callers_that_meet_at_a_new_team(kernels, new_team, size):
 @sizes(usual=300, campaign=3000)
 def test_interrupts_while_a_team_grows(kernels, new_team, raises, size):
     if sys.platform == "win32":
-        pytest.skip("of what Windows lacks")
+        pytest.skip("Windows has no SIGALRM, which interrupts here at times that are set")
     marks, others = np.zeros(1 << 14, np.int64), np.zeros(1 << 14, np.int64)
 
     def interrupt(number, frame):

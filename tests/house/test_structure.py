@@ -43,7 +43,7 @@ ORDER = """
     _contacts.in_order
     _contacts.resolution
     _contacts.walls
-    batch  contacts  _tables.stream  _tables.arrow_batches
+    batch  contacts  _pairs.chunks  _tables.stream  _tables.arrow_batches
     _tables.conversion
     arrow  _tables.numpy_files  _tables.arrow_files  dask
     _tables.npy_folders  _tables.npz_files  _tables.parquet_files  _tables.ipc_files  _tables.csv_files  _tables.formats

@@ -18,7 +18,7 @@ from dask.distributed import Client, LocalCluster
 import collide
 import collide.dask
 from collide._compile import team
-from collide._pairs import execution
+from collide._pairs import chunks, execution
 
 N = 10_000
 RNG = np.random.default_rng(0)
@@ -263,7 +263,7 @@ def test_blocks_of_another_dtype_than_their_array():
     [((3, 3, 2), range), ((3,), range), ((3, 3, 4), list), ((2, 3, 2), list), ((0, 0), list), ((0,), list)],
 )
 def test_starts_of_chunks(sizes, kind):
-    starts = collide.dask._starts(sizes)
+    starts = chunks._starts(sizes)
     assert type(starts) is kind
     assert list(starts)[: len(sizes)] == [sum(sizes[:k]) for k in range(len(sizes))]
 
@@ -333,7 +333,7 @@ def test_a_worker_that_is_killed_on_the_way(tmp_path):
         Client(cluster) as client,
     ):
         if sys.platform == "win32":
-            pytest.skip("of what Windows lacks")
+            pytest.skip("Windows has no SIGKILL, by which the worker dies here")
         first, *rest = (da.from_array(c, chunks=1000) for c in columns)
         u = collide.dask.resolve_2d(first.map_blocks(slowly, 0.1, dtype=float), *rest)
         futures = client.compute(list(u))

@@ -136,7 +136,7 @@ def test_quiet_says_nothing(paths, capsys):
 def on_a_terminal(source, target, *options):
     """What the command shows on a terminal of 100 columns."""
     if sys.platform == "win32":
-        pytest.skip("of what Windows lacks")
+        pytest.skip("Windows has no pseudo-terminals (pty), by which the bar is shown here")
     import fcntl
     import pty
     import struct

@@ -164,7 +164,7 @@ def test_what_is_not_there(tmp_path, capsys):
 
 def test_a_pipe_with_a_name_is_read_as_standard_input(tmp_path, capsys):
     if sys.platform == "win32" or not hasattr(os, "mkfifo"):
-        pytest.skip("of what Windows lacks")
+        pytest.skip("Windows has no os.mkfifo: no file there is a pipe")
     os.mkfifo(tmp_path / "a.csv")
     assert resolve(tmp_path / "a.csv", tmp_path / "b.csv") == 2
     assert_refused(capsys, tmp_path / "b.csv", "is not a file: from a pipe it is read by - (collide resolve - --from")
