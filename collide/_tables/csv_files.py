@@ -91,14 +91,19 @@ class Csv(ArrowFile):
         )
 
     def _batches(self) -> Iterator[Any]:
-        n_read = 0
-        for batch in self._open(self._text()):
+        text, n_read = self._text(), 0
+        for batch in self._open(text):
             n_read += batch.num_rows
-            if self._size is not None and self._all is None:
-                self.n_rows = n_read * self._size // max(1, self._raw.tell())  # a guess, from the rows so far
+            self.n_rows = self._guess(n_read, text)
             if batch.schema.names != self.names:
                 raise TableError(f"row {n_read - batch.num_rows}: the file has changed while it was read")
             yield batch
+
+    def _guess(self, n_read: int, text: Any) -> int | None:
+        """How many rows there are, from how far these reach."""
+        if self._all is not None:
+            return n_read * int(text.size()) // max(1, int(text.tell()))
+        return None if self._size is None else n_read * self._size // max(1, self._raw.tell())
 
     def _located(self, error: BaseException, start: int) -> TableError:
         """On one thread the reader counts lines, and names the one that is at fault."""
