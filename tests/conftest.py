@@ -1,6 +1,7 @@
 """Shared set-up: a cache of compiled kernels of the tests' own."""
 
 import os
+import signal
 from pathlib import Path
 
 # Before numba is imported. The names of the files in it cover the sources, so nothing stale is served from it.
@@ -9,6 +10,9 @@ os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(__file__).parent / ".kernels")
 import pytest
 
 import collide
+
+# Whoever starts the tests in the background has interrupts ignored, and what they start would inherit that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

@@ -156,9 +156,10 @@ def errors_3d(c, got):
 
 
 # pi/2 in four doubles, and 1/k! in twice the precision.
-_FACTORIALS = [mp.factorial(k) for k in range(28)]
 _HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33, 4.320570262296456e-50)
-_INVERSE = np.array([(float(1 / f), float(1 / f - mpf(float(1 / f)))) for f in _FACTORIALS])
+with mp.workdps(50):
+    _FACTORIALS = [mp.factorial(k) for k in range(28)]
+    _INVERSE = np.array([(float(1 / f), float(1 / f - mpf(float(1 / f)))) for f in _FACTORIALS])
 
 
 @numba.njit
