@@ -109,6 +109,7 @@ class Csv(ArrowFile):
         """On one thread the reader counts lines, and names the one that is at fault."""
         if self._size is not None:
             try:
+                self._unpack()
                 deque(self._open(self._text(), use_threads=False), maxlen=0)
             except UNREADABLE as again:
                 error = again
@@ -119,6 +120,13 @@ class Csv(ArrowFile):
             return TableError(f"after row {start}: cannot be unpacked: it is cut off, or damaged ({why(error)})")
         found = re.search(r"Row #(\d+)", str(error))  # of all that are no empty lines; the names are the first
         return TableError(f"cannot be read as CSV ({why(error)})", int(found[1]) - 2 if found else None)
+
+    def _unpack(self) -> None:
+        """All that is compressed: what is damaged may be no table either, and a reader that reads ahead says either."""
+        if self._compressed:
+            with self._stream() as text:
+                while text.read(_TEXT_BYTES):
+                    pass
 
     def place_of(self, row: int) -> str:
         """Its line. Only if somebody asks, lines are counted: they may be empty, or be part of a value in quotes."""
