@@ -409,6 +409,16 @@ def test_compressed_text_that_is_damaged(tmp_path, out, capsys):
     assert_refused(capsys, out / "b.csv", source, "cut off, or damaged")
 
 
+def test_what_comes_out_of_a_damaged_file_is_not_what_is_wrong(tmp_path, out, capsys):
+    """Though it is found first: a row of three values, blocks before the end, which is missing."""
+    source = any_format.write(tmp_path / "a.csv.gz", {name: np.tile(column, 5) for name, column in LINE.items()})
+    lines = gzip.decompress(source.read_bytes()).splitlines(keepends=True)
+    lines[20] = b"1,2,3\n"
+    source.write_bytes(gzip.compress(b"".join(lines))[:-20])
+    assert resolve(source, out / "b.csv") == 1
+    assert_refused(capsys, out / "b.csv", source, "it is cut off, or damaged")
+
+
 def test_text_that_is_not_compressed(tmp_path, out, capsys):
     any_format.write(tmp_path / "a.csv", LINE).rename(tmp_path / "a.csv.gz")
     assert resolve(tmp_path / "a.csv.gz", out / "b.csv") == 1
